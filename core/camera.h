@@ -14,11 +14,11 @@
 namespace burin {
 
 struct Camera {
-  int width = 0;   // pixels
-  int height = 0;  // pixels
-  double fx = 0, fy = 0, cx = 0, cy = 0;  // pixels
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();    // R of cam_from_world
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();     // t of cam_from_world, world units
+  int width = 0;                                           // pixels
+  int height = 0;                                          // pixels
+  double fx = 0, fy = 0, cx = 0, cy = 0;                   // pixels
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // R of cam_from_world
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();   // t of cam_from_world, world units
 
   // Camera centre in the world, c = -R^T t.
   Eigen::Vector3d Center() const { return -rotation.transpose() * translation; }
@@ -47,9 +47,7 @@ struct Camera {
 
   // Width in world units that one pixel covers at a point (fronto-parallel): depth / focal length,
   // with the geometric mean of fx and fy.
-  double Footprint(const Eigen::Vector3d& point) const {
-    return Depth(point) / std::sqrt(fx * fy);
-  }
+  double Footprint(const Eigen::Vector3d& point) const { return Depth(point) / std::sqrt(fx * fy); }
 
   // The 3x4 matrix P = K [R | t].
   Eigen::Matrix<double, 3, 4> ProjectionMatrix() const;

@@ -1,5 +1,5 @@
-// Errors a user can cause. Readers, writers and the pipeline throw InputError; the command line turns
-// it into one line on standard error and exit code 2. Bugs are CHECKs, never InputError.
+// Errors a user can cause. Readers, writers and the pipeline throw InputError; the command line
+// turns it into one line on standard error and exit code 2. Bugs are CHECKs, never InputError.
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,6 @@
 #include "core/mesh.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <utility>

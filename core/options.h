@@ -15,10 +15,11 @@ namespace burin {
 struct Option {
   std::string name;  // "group.field", snake_case, unit as suffix
   std::string help;  // one line
-  std::variant<bool*, int*, double*, std::string*> value;  // never null; owned by the options struct
-  double min = -std::numeric_limits<double>::infinity();   // inclusive, numbers only
-  double max = std::numeric_limits<double>::infinity();    // inclusive, numbers only
-  std::vector<std::string> choices;                        // strings only; empty = any text
+  std::variant<bool*, int*, double*, std::string*>
+      value;                                              // never null; owned by the options struct
+  double min = -std::numeric_limits<double>::infinity();  // inclusive, numbers only
+  double max = std::numeric_limits<double>::infinity();   // inclusive, numbers only
+  std::vector<std::string> choices;                       // strings only; empty = any text
 
   // The value as text that Set() accepts; doubles in the shortest form that reads back the same.
   std::string Text() const;

@@ -31,8 +31,7 @@ void ParallelFor(int count, int grain, const std::function<void(int, int)>& body
   const int items = (count + grain - 1) / grain;
   Arena()->execute([&] {
     tbb::parallel_for(
-        0, items,
-        [&](int item) { body(item * grain, std::min(count, (item + 1) * grain)); },
+        0, items, [&](int item) { body(item * grain, std::min(count, (item + 1) * grain)); },
         tbb::simple_partitioner());
   });
 }

@@ -1,5 +1,6 @@
-// The one place where burin starts threads. Work is cut into items by the caller, never by the number
-// of threads, and each item writes only what it owns: results are the same bytes for any thread count.
+// The one place where burin starts threads. Work is cut into items by the caller, never by the
+// number of threads, and each item writes only what it owns: results are the same bytes for any
+// thread count.
 #pragma once
 
 #include <functional>
@@ -10,8 +11,8 @@ namespace burin {
 int SetThreadCount(int count);
 int ThreadCount();
 
-// Calls body(begin, end) for consecutive ranges covering [0, count), each `grain` long (the last may
-// be shorter), in any order and on several threads. Exceptions from body are rethrown.
+// Calls body(begin, end) for consecutive ranges covering [0, count), each `grain` long (the last
+// may be shorter), in any order and on several threads. Exceptions from body are rethrown.
 void ParallelFor(int count, int grain, const std::function<void(int begin, int end)>& body);
 
 }  // namespace burin

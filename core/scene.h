@@ -16,7 +16,8 @@ struct View {
   std::string name;                  // as in the model, unique in a scene
   std::filesystem::path image_path;  // where the pixels came from; empty for scenes made in memory
   Camera camera;                     // of the undistorted image
-  cv::Mat gray;  // CV_8UC1 or CV_32FC1 (grey levels 0..255), camera.width x camera.height, undistorted
+  cv::Mat
+      gray;  // CV_8UC1 or CV_32FC1 (grey levels 0..255), camera.width x camera.height, undistorted
 };
 
 struct ScenePoint {

@@ -1,6 +1,7 @@
 #include "costs/stencil_cost.h"
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
 #include <utility>

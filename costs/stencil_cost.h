@@ -2,10 +2,10 @@
 //
 //   r(V) = s * sum_k c_k V_k   (3 residuals),   dr/dV_k = s * c_k * I_3
 //
-// With sum_k c_k = 0 the residual is invariant to translation; the umbrella stencil gives the vector
-// from a vertex to its neighbours' mean (Romanoni & Matteucci, eq. 1's E_smooth in least-squares form;
-// note that the paper's umbrella *step* is not the gradient of 1/2|r|^2 of it: that gradient is L^T L V).
-// Coefficients and s are constants of the round.
+// With sum_k c_k = 0 the residual is invariant to translation; the umbrella stencil gives the
+// vector from a vertex to its neighbours' mean (Romanoni & Matteucci, eq. 1's E_smooth in
+// least-squares form; note that the paper's umbrella *step* is not the gradient of 1/2|r|^2 of it:
+// that gradient is L^T L V). Coefficients and s are constants of the round.
 #pragma once
 
 #include <ceres/cost_function.h>
@@ -30,8 +30,8 @@ Stencil UmbrellaStencil(int v, const Adjacency& neighbors, const std::vector<cha
 Stencil BiLaplacianStencil(int v, const Adjacency& neighbors, const std::vector<char>& boundary);
 
 // Cotangent weights (half the sum of the cotangents of the angles opposite each edge, negative ones
-// clamped to zero) normalised to sum 1, taken from `mesh` and then held constant. Zero tangential part
-// on planar meshes with acute angles. Boundary vertices as in UmbrellaStencil.
+// clamped to zero) normalised to sum 1, taken from `mesh` and then held constant. Zero tangential
+// part on planar meshes with acute angles. Boundary vertices as in UmbrellaStencil.
 Stencil CotangentStencil(int v, const TriangleMesh& mesh, const Adjacency& neighbors,
                          const Adjacency& faces, const std::vector<char>& boundary);
 

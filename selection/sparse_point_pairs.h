@@ -14,8 +14,8 @@ namespace burin {
 // Entry (i, j) of the row-major views x views result; symmetric, zero diagonal.
 std::vector<int> CommonPointCounts(const Scene& scene, double min_deg, double max_deg);
 
-// For each view the `per_camera` best partners by CommonPointCounts, most first, ties by lower index.
-// A view that shares no such point with any other gets no pair.
+// For each view the `per_camera` best partners by CommonPointCounts, most first, ties by lower
+// index. A view that shares no such point with any other gets no pair.
 std::vector<CameraPair> SparsePointPairs(const Scene& scene, int per_camera, double min_deg,
                                          double max_deg);
 
