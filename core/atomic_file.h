@@ -1,0 +1,20 @@
+// Output files appear whole or not at all: they are written under a temporary name in the target's
+// folder and renamed over the target when complete.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+
+namespace burin {
+
+// Calls write(temporary_path), whose file name keeps the target's extension, then renames it to
+// `target`. When write throws, the temporary file is removed and the target is left as it was.
+// Throws InputError when the folder does not exist or cannot be written.
+void WriteAtomically(const std::filesystem::path& target,
+                     const std::function<void(const std::filesystem::path& temporary)>& write);
+
+// The same for text that is at hand.
+void WriteTextAtomically(const std::filesystem::path& target, const std::string& text);
+
+}  // namespace burin
