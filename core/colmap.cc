@@ -154,6 +154,7 @@ void CheckView(const View& view, const fs::path& images, std::set<std::string>* 
   if (!names->insert(view.name).second) {
     throw InputError(images, "view name '" + view.name + "': appears twice");
   }
+  WritableExtension(images / name);
   const bool is_gray = view.gray.type() == CV_8UC1 || view.gray.type() == CV_32FC1;
   if (view.gray.empty() || !is_gray || view.gray.cols != view.camera.width ||
       view.gray.rows != view.camera.height) {

@@ -56,6 +56,16 @@ bool IsCompletePng(const std::string& bytes) {
 
 }  // namespace
 
+std::string WritableExtension(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension != ".png" && extension != ".jpg" && extension != ".jpeg") {
+    throw InputError(path, "extension: must be .png, .jpg or .jpeg to be written");
+  }
+  return extension;
+}
+
 cv::Mat ReadGrayImage(const std::filesystem::path& path) {
   std::string bytes = ReadFileBytes(path);
   if (bytes.empty()) throw InputError(path, "image: the file is empty");
@@ -83,12 +93,7 @@ cv::Mat ReadGrayImage(const std::filesystem::path& path) {
 }
 
 void WriteGrayImage(const cv::Mat& gray, const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (extension != ".png" && extension != ".jpg" && extension != ".jpeg") {
-    throw InputError(path, "extension: must be .png, .jpg or .jpeg to be written");
-  }
+  const std::string extension = WritableExtension(path);
   cv::Mat levels;
   gray.convertTo(levels, CV_8U);
   std::vector<unsigned char> bytes;

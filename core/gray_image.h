@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <opencv2/core.hpp>
+#include <string>
 
 namespace burin {
 
@@ -17,5 +18,9 @@ cv::Mat ReadGrayImage(const std::filesystem::path& path);
 // the extension .png, .jpg or .jpeg, atomically and with the same bytes for the same image. Throws
 // InputError for another extension or when the file cannot be written.
 void WriteGrayImage(const cv::Mat& gray, const std::filesystem::path& path);
+
+// The extension of a file that WriteGrayImage can write, in lower case; throws its InputError for
+// another, so that callers can ask before they write anything.
+std::string WritableExtension(const std::filesystem::path& path);
 
 }  // namespace burin
