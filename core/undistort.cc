@@ -1,0 +1,88 @@
+#include "core/undistort.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace burin {
+namespace {
+
+// Catmull-Rom weights of the samples at -1, 0, 1, 2 for a point at t in [0, 1]; exact for
+// quadratics.
+std::array<float, 4> CubicWeights(float t) {
+  return {0.5F * t * (-1 + t * (2 - t)), 0.5F * (2 + t * t * (3 * t - 5)),
+          0.5F * t * (1 + t * (4 - 3 * t)), 0.5F * t * t * (t - 1)};
+}
+
+// Tap columns (or rows) and weights around coordinate x, 0 being the centre of the first sample.
+struct Taps {
+  std::array<int, 4> index;
+  std::array<float, 4> weight;
+  Taps(float x, int size) {
+    const auto last = static_cast<float>(size - 1);
+    x = x > 0 ? std::min(x, last) : 0;  // not-a-number becomes 0 as well
+    const int first = std::min(static_cast<int>(x), std::max(size - 2, 0));
+    weight = CubicWeights(x - static_cast<float>(first));
+    for (int k = 0; k < 4; ++k) index[k] = std::clamp(first - 1 + k, 0, size - 1);
+  }
+};
+
+template <typename T>
+float Sample(const cv::Mat& image, float x, float y) {
+  const Taps across(x, image.cols);
+  const Taps down(y, image.rows);
+  float sum = 0;
+  for (int i = 0; i < 4; ++i) {
+    const T* row = image.ptr<T>(down.index[i]);
+    float row_sum = 0;
+    for (int j = 0; j < 4; ++j) {
+      row_sum += across.weight[j] * static_cast<float>(row[across.index[j]]);
+    }
+    sum += down.weight[i] * row_sum;
+  }
+  return sum;
+}
+
+template <typename T>
+void SampleRows(const cv::Mat& image, const cv::Mat& map_x, const cv::Mat& map_y, int first_row,
+                cv::Mat* result) {
+  for (int i = 0; i < map_x.rows; ++i) {
+    const auto* x = map_x.ptr<float>(i);
+    const auto* y = map_y.ptr<float>(i);
+    T* out = result->ptr<T>(first_row + i);
+    for (int j = 0; j < map_x.cols; ++j) {
+      out[j] = cv::saturate_cast<T>(Sample<T>(image, x[j], y[j]));
+    }
+  }
+}
+
+}  // namespace
+
+cv::Mat Undistort(const cv::Mat& gray, const Camera& camera, const Distortion& distortion) {
+  CHECK(gray.type() == CV_8UC1 || gray.type() == CV_32FC1);
+  CHECK(gray.cols == camera.width && gray.rows == camera.height);
+  // OpenCV has the centre of the top-left pixel at (0, 0), burin at (0.5, 0.5).
+  const cv::Matx33d intrinsics(camera.fx, 0, camera.cx - 0.5, 0, camera.fy, camera.cy - 0.5, 0, 0,
+                               1);
+  const cv::Vec4d coefficients(distortion.data());
+  cv::Mat result(gray.size(), gray.type());
+  constexpr int kRowsAtOnce = 64;  // the maps of a whole photograph would be eight times its size
+  for (int row = 0; row < gray.rows; row += kRowsAtOnce) {
+    const int rows = std::min(kRowsAtOnce, gray.rows - row);
+    cv::Matx33d of_rows = intrinsics;
+    of_rows(1, 2) -= row;
+    cv::Mat map_x, map_y;
+    cv::initUndistortRectifyMap(intrinsics, coefficients, cv::noArray(), of_rows,
+                                cv::Size(gray.cols, rows), CV_32FC1, map_x, map_y);
+    if (gray.type() == CV_8UC1) {
+      SampleRows<unsigned char>(gray, map_x, map_y, row, &result);
+    } else {
+      SampleRows<float>(gray, map_x, map_y, row, &result);
+    }
+  }
+  return result;
+}
+
+}  // namespace burin
