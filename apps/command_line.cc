@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
-#include <iostream>
 #include <new>
 #include <string>
 #include <vector>
@@ -42,7 +41,7 @@ std::string UsageMessage(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App* command = ParsedCommand(&app);
   std::string message = error.what();
   const std::vector<std::string> extras = app.remaining(true);
-  if (error.get_name() == "ExtrasError" && !extras.empty()) {
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr && !extras.empty()) {
     if (extras[0].rfind("--", 0) == 0) {
       const std::string flag = extras[0].substr(0, extras[0].find('='));
       message = flag + ": unknown option" + DidYouMean(flag, LongFlags(*command));
@@ -61,7 +60,6 @@ std::string UsageMessage(const CLI::App& app, const CLI::ParseError& error) {
 int ParseAndRun(int argc, const char* const* argv) {
   CLI::App app{"burin: photometric refinement of triangle meshes", "burin"};
   app.set_version_flag("--version", "burin 0.1.0");
-  app.require_subcommand(1);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& done) {  // --help, --version, --print-config
@@ -69,6 +67,9 @@ int ParseAndRun(int argc, const char* const* argv) {
     return kExitOk;
   } catch (const CLI::ParseError& error) {
     return Fail(UsageMessage(app, error).c_str(), kExitBadInput);
+  }
+  if (app.get_subcommands().empty()) {
+    return Fail("no command given; see burin --help", kExitBadInput);
   }
   return kExitOk;
 }

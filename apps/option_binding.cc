@@ -53,7 +53,8 @@ std::string EscapedForTable(const std::string& text) {
 
 }  // namespace
 
-void BindOptions(OptionSet* set, CLI::App* app) {
+void BindOptions(OptionSet* set, CLI::App* app,
+                 const std::map<std::string, std::string>& short_flags) {
   // CLI11 runs the callbacks of the options that were given in the order in which the options were
   // added, not in that of the command line: --config first, --print-config last.
   app->add_option_function<std::vector<std::string>>(
@@ -67,8 +68,9 @@ void BindOptions(OptionSet* set, CLI::App* app) {
 
   for (size_t i = 0; i < set->options().size(); ++i) {
     const Option& option = set->options()[i];
+    const auto short_flag = short_flags.find(option.name);
     app->add_option_function<std::string>(
-           "--" + option.name,
+           (short_flag == short_flags.end() ? "" : short_flag->second + ",") + "--" + option.name,
            [set, i](const std::string& text) {
              Option& target = set->options()[i];
              std::string ignored;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -18,7 +19,9 @@ namespace burin {
 //                    and required arguments may be missing
 // Values are assigned while CLI11 parses. A value that does not fit, or a fault in a config file,
 // throws InputError. `set` must outlive the parsing of `app`.
-void BindOptions(OptionSet* set, CLI::App* app);
+// `short_flags` gives options a second spelling: {"synth.scene", "--scene"}.
+void BindOptions(OptionSet* set, CLI::App* app,
+                 const std::map<std::string, std::string>& short_flags = {});
 
 // {"group.name": value, ...} with the JSON type of each option, in the order of the set.
 nlohmann::ordered_json OptionsJson(const OptionSet& set);
