@@ -1,11 +1,13 @@
-// The burin program: parses the command line and hands over to one command.
-#include <CLI/CLI.hpp>
-#include <iostream>
+// The burin program.
+#include <glog/logging.h>
+
+#include "apps/command_line.h"
 
 int main(int argc, char** argv) {
-  CLI::App app{"burin: photometric refinement of triangle meshes"};
-  app.set_version_flag("--version", "burin 0.1.0");
-  CLI11_PARSE(app, argc, argv);
-  std::cout << app.help();
-  return 0;
+  // Ceres logs through glog. Its warnings are about solver steps that burin reports itself, so only
+  // errors reach the terminal, and no log files are written to /tmp.
+  FLAGS_logtostderr = true;
+  FLAGS_minloglevel = google::GLOG_ERROR;
+  google::InitGoogleLogging(argv[0]);
+  return burin::RunCommandLine(argc, argv);
 }
