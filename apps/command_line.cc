@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/commands.h"
 #include "core/did_you_mean.h"
 #include "core/error.h"
 
@@ -59,6 +60,7 @@ std::string UsageMessage(const CLI::App& app, const CLI::ParseError& error) {
 
 int ParseAndRun(int argc, const char* const* argv) {
   CLI::App app{"burin: photometric refinement of triangle meshes", "burin"};
+  AddRefineCommand(&app);
   app.set_version_flag("--version", "burin 0.1.0");
   try {
     app.parse(argc, argv);
