@@ -7,6 +7,8 @@
 #include <numeric>
 #include <utility>
 
+#include "core/union_find.h"
+
 namespace burin {
 namespace {
 
@@ -43,11 +45,6 @@ size_t EdgeEnd(const std::vector<EdgeUse>& uses, size_t begin) {
     ++end;
   }
   return end;
-}
-
-int FindRoot(std::vector<int>* parent, int v) {
-  while ((*parent)[v] != v) v = (*parent)[v] = (*parent)[(*parent)[v]];
-  return v;
 }
 
 bool HasZeroArea(const TriangleMesh& mesh, int f) {
