@@ -7,12 +7,15 @@
 #include <numeric>
 #include <utility>
 
+#include "core/union_find.h"
+
 namespace burin {
 namespace {
 
 struct EdgeUse {
   int low, high;  // vertices, low < high
   int face;
+  int side;      // of the face: from its corner `side` to the next
   bool forward;  // the face goes from low to high
 };
 
@@ -24,7 +27,7 @@ std::vector<EdgeUse> SortedEdgeUses(const TriangleMesh& mesh) {
     for (int c = 0; c < 3; ++c) {
       const int a = mesh.faces[f][c];
       const int b = mesh.faces[f][(c + 1) % 3];
-      uses.push_back({std::min(a, b), std::max(a, b), static_cast<int>(f), a < b});
+      uses.push_back({std::min(a, b), std::max(a, b), static_cast<int>(f), c, a < b});
     }
   }
   std::sort(uses.begin(), uses.end(), [](const EdgeUse& a, const EdgeUse& b) {
@@ -42,11 +45,6 @@ size_t EdgeEnd(const std::vector<EdgeUse>& uses, size_t begin) {
     ++end;
   }
   return end;
-}
-
-int FindRoot(std::vector<int>* parent, int v) {
-  while ((*parent)[v] != v) v = (*parent)[v] = (*parent)[(*parent)[v]];
-  return v;
 }
 
 bool HasZeroArea(const TriangleMesh& mesh, int f) {
@@ -116,21 +114,24 @@ MeshReport CheckMesh(const TriangleMesh& mesh) {
 
 int OrientConsistently(TriangleMesh* mesh) {
   struct Neighbor {
-    int face;
-    bool agrees;
+    int face = -1;
+    bool agrees = true;
   };
   const int face_count = static_cast<int>(mesh->faces.size());
-  std::vector<std::vector<Neighbor>> neighbors(face_count);
   const std::vector<EdgeUse> uses = SortedEdgeUses(*mesh);
+  std::vector<std::array<Neighbor, 3>> neighbors(face_count);  // per side; -1: no single one
+  bool all_agree = true;
   for (size_t begin = 0; begin < uses.size();) {
     const size_t end = EdgeEnd(uses, begin);
     if (end - begin == 2) {
       const bool agrees = uses[begin].forward != uses[begin + 1].forward;
-      neighbors[uses[begin].face].push_back({uses[begin + 1].face, agrees});
-      neighbors[uses[begin + 1].face].push_back({uses[begin].face, agrees});
+      all_agree = all_agree && agrees;
+      neighbors[uses[begin].face][uses[begin].side] = {uses[begin + 1].face, agrees};
+      neighbors[uses[begin + 1].face][uses[begin + 1].side] = {uses[begin].face, agrees};
     }
     begin = end;
   }
+  if (all_agree) return 0;
   int flipped_count = 0;
   std::vector<signed char> flip(face_count, -1);  // relative to the component's first face
   std::vector<int> component;
@@ -142,6 +143,7 @@ int OrientConsistently(TriangleMesh* mesh) {
     for (size_t next = 0; next < component.size(); ++next) {
       const int f = component[next];
       for (const Neighbor& neighbor : neighbors[f]) {
+        if (neighbor.face < 0) continue;
         const auto wanted = static_cast<signed char>(neighbor.agrees ? flip[f] : 1 - flip[f]);
         if (flip[neighbor.face] < 0) {
           flip[neighbor.face] = wanted;

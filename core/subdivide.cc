@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "core/manifold_cut.h"
 #include "core/parallel.h"
 #include "core/projected_area.h"
 
@@ -16,65 +17,6 @@ using OpenMesh::EdgeHandle;
 using OpenMesh::FaceHandle;
 using OpenMesh::HalfedgeHandle;
 using OpenMesh::VertexHandle;
-
-bool RepeatsVertex(const Eigen::Vector3i& face) {
-  return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
-}
-
-int FindRoot(std::vector<int>* parent, int v) {
-  while ((*parent)[v] != v) v = (*parent)[v] = (*parent)[(*parent)[v]];
-  return v;
-}
-
-// Corner 3f+c is corner c of face f. Corners of one vertex get the same label when a walk over
-// faces around it, across edges of exactly two faces that go opposite ways, leads from one to the
-// other. One vertex per label is a mesh that a half-edge structure holds: it is cut open along
-// non-manifold edges and at vertices where fans touch, and nowhere else.
-std::vector<int> LabelCorners(const TriangleMesh& mesh) {
-  struct Use {
-    int low, high, corner_low, corner_high;
-    bool forward;
-  };
-  std::vector<Use> uses;
-  uses.reserve(mesh.faces.size() * 3);
-  std::vector<int> label(mesh.faces.size() * 3);
-  std::iota(label.begin(), label.end(), 0);
-  for (size_t f = 0; f < mesh.faces.size(); ++f) {
-    if (RepeatsVertex(mesh.faces[f])) continue;
-    for (int c = 0; c < 3; ++c) {
-      const int a = mesh.faces[f][c];
-      const int b = mesh.faces[f][(c + 1) % 3];
-      const int corner_a = static_cast<int>(3 * f) + c;
-      const int corner_b = static_cast<int>(3 * f) + (c + 1) % 3;
-      if (a < b) {
-        uses.push_back({a, b, corner_a, corner_b, true});
-      } else {
-        uses.push_back({b, a, corner_b, corner_a, false});
-      }
-    }
-  }
-  std::sort(uses.begin(), uses.end(), [](const Use& a, const Use& b) {
-    if (a.low != b.low) return a.low < b.low;
-    if (a.high != b.high) return a.high < b.high;
-    return a.corner_low < b.corner_low;
-  });
-  for (size_t begin = 0; begin < uses.size();) {
-    size_t end = begin + 1;
-    while (end < uses.size() && uses[end].low == uses[begin].low &&
-           uses[end].high == uses[begin].high) {
-      ++end;
-    }
-    if (end - begin == 2 && uses[begin].forward != uses[begin + 1].forward) {
-      label[FindRoot(&label, uses[begin].corner_low)] =
-          FindRoot(&label, uses[begin + 1].corner_low);
-      label[FindRoot(&label, uses[begin].corner_high)] =
-          FindRoot(&label, uses[begin + 1].corner_high);
-    }
-    begin = end;
-  }
-  for (size_t c = 0; c < label.size(); ++c) label[c] = FindRoot(&label, static_cast<int>(c));
-  return label;
-}
 
 class FaceSplitter {
  public:
@@ -187,6 +129,14 @@ class FaceSplitter {
     const int a = mesh_vertex_[connectivity_.to_vertex_handle(half).idx()];
     const int b = mesh_vertex_[connectivity_.from_vertex_handle(half).idx()];
     return {std::min(a, b), std::max(a, b)};
+  }
+
+  // Third vertex of the face on a side of the edge; -1 - side where there is none.
+  int Opposite(EdgeHandle edge, int side) const {
+    const HalfedgeHandle half = connectivity_.halfedge_handle(edge, side);
+    if (connectivity_.is_boundary(half)) return -1 - side;
+    return mesh_vertex_[connectivity_.to_vertex_handle(connectivity_.next_halfedge_handle(half))
+                            .idx()];
   }
 
   static std::uint64_t Key(const std::pair<int, int>& ends) {
@@ -310,7 +260,9 @@ class FaceSplitter {
     mesh_.vertices.push_back(midpoint);
     report_.new_vertex_parents.push_back({a, b});
     const std::vector<EdgeHandle> twins = EdgesAt(edge);
-    const bool has_twins = !twins_.empty() && twins_.erase(Key({a, b})) > 0;
+    // The new edges are twins too, and those on the two sides of a fold onto itself become twins.
+    const bool makes_twins = (!twins_.empty() && twins_.erase(Key({a, b})) > 0) ||
+                             Opposite(edge, 0) == Opposite(edge, 1);
     for (EdgeHandle twin : twins) {
       const auto first_new_edge = static_cast<int>(connectivity_.n_edges());
       const FaceHandle side[2] = {
@@ -329,7 +281,7 @@ class FaceSplitter {
       }
       squared_length_[twin.idx()] = SquaredLength(twin);
       MeasureNewEdges();
-      if (!has_twins) continue;
+      if (!makes_twins) continue;
       twins_[Key(Ends(twin))].push_back(twin);
       for (int e = first_new_edge; e < static_cast<int>(connectivity_.n_edges()); ++e) {
         twins_[Key(Ends(EdgeHandle(e)))].push_back(EdgeHandle(e));
@@ -372,7 +324,7 @@ class FaceSplitter {
   std::vector<int> origin_;             // per half-edge face: the input face it is part of
   std::vector<double> squared_length_;  // per half-edge edge
   std::vector<int> kept_faces_;         // input faces that repeat a vertex
-  // Mesh edges that are, or come from, several half-edge edges. Empty for a manifold mesh.
+  // Mesh edges that are, or come from, several half-edge edges. Empty for most meshes.
   std::unordered_map<std::uint64_t, std::vector<EdgeHandle>> twins_;
 
   int sweep_ = 0;

@@ -315,6 +315,42 @@ TEST(SplitLargeFaces, NonManifoldEdgesAreSplitInAllTheirFaces) {
   for (const auto& [edge, count] : uses) EXPECT_EQ(count, 4) << edge.first << " " << edge.second;
 }
 
+TEST(SplitLargeFaces, AnySoupOfTrianglesKeepsItsSurfaceAndConforms) {
+  const std::vector<Camera> cameras = {LookAt({0, 0, 2.5}, {0, 0, 0}),
+                                       LookAt({0, 0, -2.5}, {0, 0, 0})};
+  SubdivisionOptions options;
+  options.max_facet_px = 100;
+  std::uint32_t state = 3;
+  const auto random = [&](std::uint32_t below) {
+    state = state * 1664525U + 1013904223U;
+    return static_cast<int>((state >> 8) % below);
+  };
+  for (int trial = 0; trial < 60; ++trial) {
+    TriangleMesh before;
+    for (int v = 0; v < 8; ++v) {
+      before.vertices.emplace_back(random(1000) / 500.0 - 1, random(1000) / 500.0 - 1,
+                                   random(1000) / 500.0 - 1);
+    }
+    for (int f = 0; f < 20; ++f) before.faces.push_back({random(8), random(8), random(8)});
+    TriangleMesh mesh = before;
+    const SubdivisionReport report = SplitLargeFaces(&mesh, cameras, options);
+    EXPECT_TRUE(report.reached_bound);
+    ExpectBound(mesh, cameras, 100);
+    ExpectSameSurface(before, mesh, report);
+    EXPECT_EQ(EulerCharacteristic(mesh), EulerCharacteristic(before));
+    // No edge that was split is left whole in another face.
+    std::set<std::pair<int, int>> split;
+    for (const auto& [a, b] : report.new_vertex_parents) {
+      EXPECT_TRUE(split.insert(std::minmax({a, b})).second);
+    }
+    for (const Eigen::Vector3i& face : mesh.faces) {
+      for (int c = 0; c < 3 && std::set<int>{face[0], face[1], face[2]}.size() == 3; ++c) {
+        EXPECT_EQ(split.count(std::minmax({face[c], face[(c + 1) % 3]})), 0U);
+      }
+    }
+  }
+}
+
 TEST(SplitLargeFaces, StopsAtTheFaceCount) {
   SubdivisionOptions options;
   options.max_facet_px = 1e-3;
