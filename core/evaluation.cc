@@ -1,12 +1,16 @@
 #include "core/evaluation.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
+#include <fstream>
 #include <memory>
+#include <sstream>
 
 #include "core/closest_point.h"
 #include "core/error.h"
+#include "core/mesh_io.h"
 #include "core/parallel.h"
 #include "core/surface_samples.h"
 
@@ -146,6 +150,8 @@ Alignment FitToTruth(const TriangleMesh& mesh, const Side& truth, double reach,
   };
   AlignmentOptions fit;
   fit.keep_fraction = options.fit_keep;
+  fit.max_iterations = 50;
+  fit.min_step = 1e-6;  // far below what the choice of samples changes
   Alignment alignment;
   std::string error;
   if (!AlignPointsToPlanes(samples.points, plane_of, fit, &alignment, &error)) {
@@ -155,7 +161,36 @@ Alignment FitToTruth(const TriangleMesh& mesh, const Side& truth, double reach,
   return alignment;
 }
 
+// A PLY header declares faces.
+bool PlyHasFaces(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string line;
+  // Headers are short; a file that is none of them must not be read to its end.
+  for (int k = 0; k < 1000 && std::getline(file, line); ++k) {
+    std::istringstream words(line);
+    std::string keyword, element;
+    long long count = 0;
+    words >> keyword;
+    if (keyword == "end_header") break;
+    if (keyword == "element" && words >> element >> count && element == "face") return count > 0;
+  }
+  return false;
+}
+
 }  // namespace
+
+Truth ReadTruth(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char letter) { return std::tolower(letter); });
+  Truth truth;
+  if (extension == ".ply" && !PlyHasFaces(path)) {
+    truth.cloud = ReadPointCloud(path);
+  } else {
+    truth.mesh = ReadMesh(path);
+  }
+  return truth;
+}
 
 void EvaluationOptions::Describe(OptionSet* set) {
   set->Add("tau", &tau, "Distance thresholds of precision and recall, in unit, comma-separated");

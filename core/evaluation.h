@@ -28,6 +28,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <limits>
 #include <string>
 #include <vector>
@@ -45,6 +46,10 @@ struct Truth {
   PointCloud cloud;
   bool IsMesh() const { return !mesh.faces.empty(); }
 };
+
+// Reads a truth file: a mesh in any format of core/mesh_io.h, or a PLY without faces as a cloud.
+// Throws InputError.
+Truth ReadTruth(const std::filesystem::path& path);
 
 struct EvaluationOptions {
   std::string tau = "5,10,20";  // thresholds, in `unit`
