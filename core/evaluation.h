@@ -120,6 +120,7 @@ double RmseToTruthMesh(const TriangleMesh& mesh, const TriangleMesh& truth,
 // Signed distance of every vertex to the truth, world units, for pictures: positive on the side the
 // truth's normals point to; for a cloud with normals the signed plane distance to its nearest
 // point; for a cloud without, the unsigned distance. NaN where nothing is within max_distance.
+// After an evaluation with a rigid fit, pass Moved(mesh, evaluation.mesh_from_truth.Inverse()).
 std::vector<double> VertexErrors(const TriangleMesh& mesh, const Truth& truth,
                                  double max_distance = std::numeric_limits<double>::infinity());
 

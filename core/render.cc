@@ -97,7 +97,7 @@ Shade ShadeOf(const TriangleMesh& mesh, const std::vector<Eigen::Vector3d>& vert
   static const Eigen::Vector3d kKeyLight = Eigen::Vector3d(-0.6, -0.7, -0.6).normalized();
   const double key = std::max(0.0, normal.dot(kKeyLight));
   const double head = std::max(0.0, normal.dot(to_eye));
-  shade.light = std::min(1.0, 0.12 + 0.58 * key + 0.38 * head);
+  shade.light = std::min(1.0, 0.08 + 0.62 * key + 0.30 * head);
   return shade;
 }
 
@@ -212,8 +212,8 @@ cv::Mat3b RenderShaded(const TriangleMesh& mesh, const Camera& camera,
   return RenderColors(
       mesh, camera, options, [&](const RayHit& hit, const Eigen::Vector3d& ray) -> cv::Vec3d {
         const Shade shade = ShadeOf(mesh, normals, camera, ray, hit);
-        // Display gamma, so that half the light looks half as bright.
-        const double level = 235 * std::pow(shade.light, 1 / 1.4);
+        // Less than a display's gamma: contrast on surfaces that face the camera matters more.
+        const double level = 240 * std::pow(shade.light, 1 / 1.15);
         return shade.from_behind ? cv::Vec3d(0.45 * level, 0.5 * level, 0.85 * level)
                                  : cv::Vec3d(0.97 * level, 0.98 * level, level);
       });

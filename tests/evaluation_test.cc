@@ -6,74 +6,16 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <limits>
 
-#include "core/closest_point.h"
 #include "core/error.h"
 #include "core/evaluation_report.h"
 #include "core/mesh_io.h"
 #include "core/parallel.h"
 #include "core/surface_samples.h"
+#include "tests/test_shapes.h"
 
 namespace burin {
 namespace {
-
-// n x n squares over [0, size]^2 at the height given by `height`, facing +z.
-template <typename Height>
-TriangleMesh Grid(int n, double size, const Height& height) {
-  TriangleMesh mesh;
-  for (int r = 0; r <= n; ++r) {
-    for (int c = 0; c <= n; ++c) {
-      const double x = size * c / n;
-      const double y = size * r / n;
-      mesh.vertices.emplace_back(x, y, height(x, y));
-    }
-  }
-  for (int r = 0; r < n; ++r) {
-    for (int c = 0; c < n; ++c) {
-      const int a = r * (n + 1) + c;
-      mesh.faces.emplace_back(a, a + 1, a + n + 2);
-      mesh.faces.emplace_back(a, a + n + 2, a + n + 1);
-    }
-  }
-  return mesh;
-}
-
-TriangleMesh Plane(double z, double size = 1.0, int n = 8) {
-  return Grid(n, size, [&](double, double) { return z; });
-}
-
-TriangleMesh Relief(int n) {
-  return Grid(n, 1.0, [](double x, double y) {
-    return 0.2 * std::sin(5 * x + 1) * std::cos(4 * y) + 0.1 * x * x;
-  });
-}
-
-// Octahedron split `levels` times onto the sphere, outward.
-TriangleMesh Sphere(double radius, int levels) {
-  TriangleMesh mesh;
-  mesh.vertices = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
-  mesh.faces = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
-                {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
-  for (int level = 0; level < levels; ++level) {
-    TriangleMesh finer;
-    finer.vertices = mesh.vertices;
-    for (const Eigen::Vector3i& f : mesh.faces) {
-      const int a = static_cast<int>(finer.vertices.size());
-      for (int c = 0; c < 3; ++c) {
-        finer.vertices.push_back(
-            (mesh.vertices[f[c]] + mesh.vertices[f[(c + 1) % 3]]).normalized());
-      }
-      finer.faces.emplace_back(f[0], a, a + 2);
-      finer.faces.emplace_back(f[1], a + 1, a);
-      finer.faces.emplace_back(f[2], a + 2, a + 1);
-      finer.faces.emplace_back(a, a + 1, a + 2);
-    }
-    mesh = finer;
-  }
-  for (Eigen::Vector3d& vertex : mesh.vertices) vertex *= radius;
-  return mesh;
-}
 
 Truth MeshTruth(const TriangleMesh& mesh) {
   Truth truth;
@@ -95,102 +37,6 @@ EvaluationOptions Options(const std::string& tau, int samples = 20000) {
   options.unit = 1;
   options.sample_count = samples;
   return options;
-}
-
-TEST(SurfaceSamples, AreUniformOverTheArea) {
-  // One face has 1/9 of the area of the other: shares follow the area, not the face count.
-  TriangleMesh mesh;
-  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 0, 0}, {8, 0, 0}, {5, 3, 0}};
-  mesh.faces = {{0, 1, 2}, {1, 1, 2}, {3, 4, 5}};
-  const int count = 10000;
-  const SurfaceSamples samples = SampleSurface(mesh, count);
-  ASSERT_EQ(samples.points.size(), size_t{count});
-  EXPECT_NEAR(std::count(samples.faces.begin(), samples.faces.end(), 0), count / 10, 1);
-  EXPECT_EQ(std::count(samples.faces.begin(), samples.faces.end(), 1), 0);
-
-  // Within a face: every cell of a 10 x 10 grid over a plane gets its share.
-  const SurfaceSamples plane = SampleSurface(Plane(0, 1.0, 3), 100000, 5);
-  int in_cell[10][10] = {};
-  for (const Eigen::Vector3d& point : plane.points) {
-    ASSERT_TRUE(point.x() >= 0 && point.x() <= 1 && point.y() >= 0 && point.y() <= 1);
-    ++in_cell[std::min(9, static_cast<int>(point.x() * 10))]
-             [std::min(9, static_cast<int>(point.y() * 10))];
-  }
-  for (const auto& row : in_cell) {
-    for (const int n : row) EXPECT_NEAR(n, 1000, 30);  // random points: standard deviation 31
-  }
-}
-
-TEST(SurfaceSamples, SameSeedSamePoints) {
-  const SurfaceSamples first = SampleSurface(Relief(10), 1000, 3);
-  EXPECT_EQ(first.points, SampleSurface(Relief(10), 1000, 3).points);
-  EXPECT_NE(first.points, SampleSurface(Relief(10), 1000, 4).points);
-  EXPECT_TRUE(SampleSurface(TriangleMesh(), 10).points.empty());
-}
-
-TEST(MeshDistance, AgreesWithBruteForceAndGivesSides) {
-  const TriangleMesh sphere = Sphere(1.0, 2);
-  const MeshDistance distance(sphere);
-  const SurfaceSamples queries = SampleSurface(Sphere(1.7, 1), 300);
-  for (int k = 0; k < 300; ++k) {
-    const Eigen::Vector3d query = queries.points[k] * (k % 3 == 0 ? 0.3 : 1.0);
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const Eigen::Vector3i& f : sphere.faces) {  // dense points on each face
-      for (int i = 0; i <= 40; ++i) {
-        for (int j = 0; j <= 40 - i; ++j) {
-          const Eigen::Vector3d point = (i * sphere.vertices[f[0]] + j * sphere.vertices[f[1]] +
-                                         (40 - i - j) * sphere.vertices[f[2]]) /
-                                        40;
-          nearest = std::min(nearest, (point - query).norm());
-        }
-      }
-    }
-    const SurfacePoint found = distance.Find(query);
-    ASSERT_GE(found.face, 0);
-    EXPECT_LE(found.distance, nearest + 1e-12);
-    EXPECT_NEAR(found.distance, nearest, 2e-3);
-    EXPECT_NEAR((query - found.point).norm(), found.distance, 1e-12);
-    EXPECT_EQ(found.SignedDistance(query) > 0, k % 3 != 0);
-  }
-}
-
-TEST(MeshDistance, CornersEdgesAndDegenerateFaces) {
-  TriangleMesh mesh;
-  mesh.vertices = {{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {5, 5, 5}};
-  mesh.faces = {{0, 1, 2}, {3, 3, 3}, {3, 3, 0}};
-  const MeshDistance distance(mesh);
-  EXPECT_DOUBLE_EQ(distance.Find({-3, -4, 0}).distance, 5);
-  EXPECT_DOUBLE_EQ(distance.Find({0.5, 0.5, -2}).distance, 2);
-  EXPECT_DOUBLE_EQ(distance.Find({2, 2, 0}).distance, std::sqrt(2.0));
-  EXPECT_DOUBLE_EQ(distance.Find({6, 5, 5}).distance, 1);
-  EXPECT_EQ(distance.Find({6, 5, 5}, 0.5).face, -1);
-  EXPECT_EQ(distance.Find({0.5, 0.5, -2}, 2.0).face, 0);
-  EXPECT_EQ(distance.Find({0, 0, std::nan("")}).face, -1);
-  EXPECT_EQ(MeshDistance(TriangleMesh()).Find({0, 0, 0}).face, -1);
-}
-
-TEST(MeshDistance, KeepsItsDigitsFarFromTheOrigin) {
-  const Eigen::Vector3d far(4.0e5, 5.0e6, 300);
-  TriangleMesh mesh = Plane(0);
-  for (Eigen::Vector3d& vertex : mesh.vertices) vertex += far;
-  const MeshDistance distance(mesh);
-  EXPECT_NEAR(distance.Find(far + Eigen::Vector3d(0.3, 0.4, 0.001)).distance, 0.001, 1e-9);
-}
-
-TEST(CloudDistance, FindsTheNearest) {
-  const SurfaceSamples samples = SampleSurface(Sphere(1.0, 2), 2000);
-  const CloudDistance cloud(samples.points);
-  for (int k = 0; k < 200; ++k) {
-    const Eigen::Vector3d query = samples.points[k] * 1.3 + Eigen::Vector3d(0.05, -0.1, 0.02);
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const Eigen::Vector3d& p : samples.points) nearest = std::min(nearest, (p - query).norm());
-    double found = 0;
-    const int index = cloud.Find(query, 10, &found);
-    ASSERT_GE(index, 0);
-    EXPECT_DOUBLE_EQ(found, nearest);
-    EXPECT_DOUBLE_EQ((samples.points[index] - query).norm(), nearest);
-    EXPECT_EQ(cloud.Find(query, 0.999 * nearest), -1);
-  }
 }
 
 TEST(Evaluation, ParallelPlanesAreTheirDistanceApart) {
