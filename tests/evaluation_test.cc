@@ -1,0 +1,263 @@
+#include "core/evaluation.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+
+#include "core/error.h"
+#include "core/evaluation_report.h"
+#include "core/mesh_io.h"
+#include "core/parallel.h"
+#include "core/surface_samples.h"
+#include "tests/test_shapes.h"
+
+namespace burin {
+namespace {
+
+Truth MeshTruth(const TriangleMesh& mesh) {
+  Truth truth;
+  truth.mesh = mesh;
+  return truth;
+}
+
+Truth CloudTruth(const TriangleMesh& mesh, int count, bool normals) {
+  const SurfaceSamples samples = SampleSurface(mesh, count, 99);
+  Truth truth;
+  truth.cloud.points = samples.points;
+  if (normals) truth.cloud.normals = samples.normals;
+  return truth;
+}
+
+EvaluationOptions Options(const std::string& tau, int samples = 20000) {
+  EvaluationOptions options;
+  options.tau = tau;
+  options.unit = 1;
+  options.sample_count = samples;
+  return options;
+}
+
+TEST(Evaluation, ParallelPlanesAreTheirDistanceApart) {
+  const double d = 0.03;
+  const Truth truths[] = {MeshTruth(Plane(0)), CloudTruth(Plane(0), 40000, true)};
+  for (const Truth& truth : truths) {
+    const Evaluation evaluation = EvaluateMesh(Plane(d), truth, Options("0.02,0.04"));
+    for (const DistanceStatistics& side : {evaluation.accuracy, evaluation.completeness}) {
+      EXPECT_NEAR(side.mean, d, 1e-12);
+      EXPECT_NEAR(side.median, d, 1e-12);
+      EXPECT_NEAR(side.rmse, d, 1e-12);
+      EXPECT_EQ(side.matched, side.count);
+    }
+    ASSERT_EQ(evaluation.scores.size(), 2u);
+    EXPECT_EQ(evaluation.scores[0].f1, 0);
+    EXPECT_EQ(evaluation.scores[1].precision, 1);
+    EXPECT_EQ(evaluation.scores[1].recall, 1);
+    EXPECT_EQ(evaluation.scores[1].f1, 1);
+  }
+}
+
+TEST(Evaluation, SpheresOfTwoRadii) {
+  const Evaluation evaluation =
+      EvaluateMesh(Sphere(1.02, 5), MeshTruth(Sphere(1.0, 5)), Options("0.01,0.03"));
+  // Facets of edge 1/16 sag by about 0.0007.
+  EXPECT_NEAR(evaluation.accuracy.mean, 0.02, 5e-4);
+  EXPECT_NEAR(evaluation.completeness.rmse, 0.02, 5e-4);
+  EXPECT_EQ(evaluation.scores[0].f1, 0);
+  EXPECT_EQ(evaluation.scores[1].f1, 1);
+  EXPECT_NEAR(evaluation.area, 4 * M_PI * 1.02 * 1.02, 0.02);
+}
+
+TEST(Evaluation, HalfAMeshHasFullPrecisionAndHalfRecall) {
+  const TriangleMesh half = Grid(8, 1.0, [](double, double) { return 0.0; });
+  TriangleMesh left = half;
+  for (Eigen::Vector3d& vertex : left.vertices) vertex.x() *= 0.5;
+  EvaluationOptions options = Options("0.001");
+  const Evaluation evaluation = EvaluateMesh(left, MeshTruth(half), options);
+  EXPECT_EQ(evaluation.scores[0].precision, 1);
+  EXPECT_NEAR(evaluation.scores[0].recall, 0.501, 2e-3);
+  const double recall = evaluation.scores[0].recall;
+  EXPECT_NEAR(evaluation.scores[0].f1, 2 * recall / (1 + recall), 1e-12);
+  // The other way round, what the truth does not cover counts against precision unless dropped.
+  EXPECT_NEAR(EvaluateMesh(half, MeshTruth(left), options).scores[0].precision, 0.501, 2e-3);
+  options.unmatched = "drop";
+  options.max_distance = 0.0011;
+  EXPECT_GT(EvaluateMesh(half, MeshTruth(left), options).scores[0].precision, 0.99);
+}
+
+TEST(Evaluation, MeshAndCloudTruthAgree) {
+  const TriangleMesh truth = Relief(40);
+  TriangleMesh mesh = Relief(12);  // coarse: its errors are its facets
+  const EvaluationOptions options = Options("0.001,0.003,0.01");
+  const Evaluation to_mesh = EvaluateMesh(mesh, MeshTruth(truth), options);
+  const Evaluation to_cloud = EvaluateMesh(mesh, CloudTruth(truth, 100000, true), options);
+  EXPECT_EQ(to_mesh.distance, "point");
+  EXPECT_EQ(to_cloud.distance, "plane");
+  EXPECT_NEAR(to_cloud.accuracy.mean, to_mesh.accuracy.mean, 0.02 * to_mesh.accuracy.mean);
+  EXPECT_NEAR(to_cloud.completeness.mean, to_mesh.completeness.mean,
+              0.02 * to_mesh.completeness.mean);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_NEAR(to_cloud.scores[k].f1, to_mesh.scores[k].f1, 0.01);
+  }
+  // Without normals the spacing of the points (about 0.003) is a floor.
+  const Evaluation to_points = EvaluateMesh(mesh, CloudTruth(truth, 100000, false), options);
+  EXPECT_GT(to_points.accuracy.mean, to_mesh.accuracy.mean);
+}
+
+TEST(Evaluation, ScoresDoNotDependOnTheTriangulation) {
+  const TriangleMesh coarse = Plane(0.01, 1.0, 1);
+  TriangleMesh uneven = Plane(0.01, 1.0, 2);
+  uneven.vertices[4] = {0.07, 0.04, 0.01};  // the middle vertex, moved within the plane
+  Truth truth = MeshTruth(Grid(30, 1.0, [](double x, double) { return 0.04 * x; }));
+  const EvaluationOptions options = Options("0.005,0.015", 50000);
+  const Evaluation a = EvaluateMesh(coarse, truth, options);
+  const Evaluation b = EvaluateMesh(uneven, truth, options);
+  EXPECT_NEAR(a.accuracy.mean, b.accuracy.mean, 2e-5);
+  EXPECT_NEAR(a.scores[0].precision, b.scores[0].precision, 2e-3);
+}
+
+TEST(Evaluation, RigidFitRecoversTheMotion) {
+  const TriangleMesh relief = Relief(40);
+  RigidMotion motion;
+  motion.rotation =
+      Eigen::AngleAxisd(0.01, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+  motion.translation = {0.012, -0.008, 0.01};
+  const Truth truths[] = {MeshTruth(Moved(relief, motion.Inverse())),
+                          CloudTruth(Moved(relief, motion.Inverse()), 100000, true)};
+  for (const Truth& truth : truths) {
+    EvaluationOptions options = Options("0.002,0.01");
+    const double unfitted = EvaluateMesh(relief, truth, options).accuracy.mean;
+    EXPECT_GT(unfitted, 0.005);
+    options.rigid = true;
+    const Evaluation evaluation = EvaluateMesh(relief, truth, options);
+    const double tolerance = truth.IsMesh() ? 1e-5 : 5e-4;
+    EXPECT_LT((evaluation.mesh_from_truth.rotation - motion.rotation).norm(), tolerance);
+    EXPECT_LT((evaluation.mesh_from_truth.translation - motion.translation).norm(), tolerance);
+    EXPECT_NEAR(evaluation.fit_angle_deg, 0.01 * 180 / M_PI, 180 / M_PI * tolerance);
+    EXPECT_LT(evaluation.accuracy.mean, truth.IsMesh() ? 1e-5 : 2e-4);
+    EXPECT_GT(evaluation.scores[0].f1, 0.98);
+  }
+}
+
+TEST(Evaluation, RigidFitLeavesFreeDirectionsAlone) {
+  EvaluationOptions options = Options("0.05");
+  options.rigid = true;
+  const Evaluation evaluation = EvaluateMesh(Plane(0.02), MeshTruth(Plane(0)), options);
+  EXPECT_NEAR(evaluation.fit_shift, 0.02, 1e-6);
+  EXPECT_LT((evaluation.mesh_from_truth.translation - Eigen::Vector3d(0, 0, 0.02)).norm(), 1e-6);
+  EXPECT_LT(evaluation.accuracy.mean, 1e-6);
+}
+
+TEST(Evaluation, SameBytesForAnyThreadCount) {
+  const TriangleMesh mesh = Relief(12);
+  const Truth truth = CloudTruth(Relief(30), 20000, true);
+  EvaluationOptions options = Options("0.002,0.01");
+  options.rigid = true;
+  SetThreadCount(1);
+  const std::string one = ToJson(EvaluateMesh(mesh, truth, options)).dump();
+  const std::vector<double> errors_one = VertexErrors(mesh, truth);
+  SetThreadCount(2);
+  EXPECT_EQ(ToJson(EvaluateMesh(mesh, truth, options)).dump(), one);
+  EXPECT_EQ(VertexErrors(mesh, truth), errors_one);
+  SetThreadCount(0);
+}
+
+TEST(Evaluation, VertexErrorsHaveSigns) {
+  const Truth truths[] = {MeshTruth(Plane(0)), CloudTruth(Plane(0), 20000, true)};
+  for (const Truth& truth : truths) {
+    for (const double z : {0.02, -0.03}) {
+      for (const double error : VertexErrors(Plane(z), truth)) EXPECT_NEAR(error, z, 1e-12);
+    }
+    EXPECT_TRUE(std::isnan(VertexErrors(Plane(0.5), truth, 0.4)[0]));
+  }
+  EXPECT_GT(VertexErrors(Plane(-0.03), CloudTruth(Plane(0), 20000, false))[0], 0);
+}
+
+TEST(Evaluation, RmseToTruthMesh) {
+  EXPECT_NEAR(RmseToTruthMesh(Plane(0.03), Plane(0)), 0.03, 1e-12);
+  // A ramp from 0 to h over a plane: rmse h / sqrt(3).
+  const TriangleMesh ramp = Grid(4, 1.0, [](double x, double) { return 0.1 * x; });
+  const double cosine = 1 / std::sqrt(1.01);
+  EXPECT_NEAR(RmseToTruthMesh(Plane(0, 1.0), ramp), 0.1 / std::sqrt(3.0) * cosine, 1e-4);
+}
+
+TEST(Evaluation, ThresholdsAreParsedStrictly) {
+  EvaluationOptions options;
+  options.tau = "20,5,10,5";
+  EXPECT_EQ(options.Thresholds().size(), 3u);
+  EXPECT_DOUBLE_EQ(options.Thresholds()[0], 0.005);
+  EXPECT_DOUBLE_EQ(options.Thresholds()[2], 0.02);
+  for (const char* text : {"", "5,", ",5", "5 10", "0", "-1", "nan", "inf", "5mm"}) {
+    options.tau = text;
+    EXPECT_THROW(options.Thresholds(), InputError) << text;
+  }
+}
+
+TEST(Evaluation, InputErrorsAreSaid) {
+  EXPECT_THROW(EvaluateMesh(TriangleMesh(), MeshTruth(Plane(0)), Options("1")), InputError);
+  EXPECT_THROW(EvaluateMesh(Plane(0), Truth(), Options("1")), InputError);
+  EvaluationOptions options = Options("0.01");
+  options.distance = "plane";
+  EXPECT_THROW(EvaluateMesh(Plane(0), CloudTruth(Plane(0), 100, false), options), InputError);
+  options = Options("0.01");
+  options.rigid = true;
+  EXPECT_THROW(EvaluateMesh(Plane(0), MeshTruth(Plane(100)), options), InputError);
+  // Nothing in reach without a fit is a score of zero, not an error.
+  options.rigid = false;
+  const Evaluation evaluation = EvaluateMesh(Plane(0), MeshTruth(Plane(100)), options);
+  EXPECT_EQ(evaluation.accuracy.matched, 0);
+  EXPECT_EQ(evaluation.scores[0].f1, 0);
+}
+
+TEST(Evaluation, ReportAndJsonSayTheSame) {
+  EvaluationOptions options = Options("20,40", 1000);
+  options.unit = 0.001;
+  const Evaluation evaluation = EvaluateMesh(Plane(0.03), MeshTruth(Plane(0)), options);
+  const std::string report = EvaluationReport(evaluation);
+  EXPECT_NE(report.find("100.00%"), std::string::npos) << report;
+  EXPECT_NE(report.find("0.001 world units"), std::string::npos) << report;
+  const nlohmann::json json = ToJson(evaluation);
+  EXPECT_NEAR(json["accuracy"]["mean"].get<double>(), 0.03, 1e-12);
+  EXPECT_EQ(json["scores"][1]["f1"].get<double>(), 1);
+  EXPECT_TRUE(json["rigid_fit"].is_null());
+}
+
+TEST(Evaluation, TruthFilesAreToldApart) {
+  const auto folder = std::filesystem::path(testing::TempDir()) / "burin_truth_files";
+  std::filesystem::create_directories(folder);
+  WriteMesh(folder / "mesh.ply", Plane(0));
+  WritePointCloud(folder / "cloud.ply", CloudTruth(Plane(0), 50, true).cloud);
+  EXPECT_TRUE(ReadTruth(folder / "mesh.ply").IsMesh());
+  const Truth cloud = ReadTruth(folder / "cloud.ply");
+  EXPECT_FALSE(cloud.IsMesh());
+  EXPECT_EQ(cloud.cloud.normals.size(), 50u);
+  EXPECT_THROW(ReadTruth(folder / "missing.ply"), InputError);
+  std::filesystem::remove_all(folder);
+}
+
+// The scores that this mesh is published with: the protocol is the one they were measured by.
+TEST(Evaluation, ReproducesTheFountainsPublishedScores) {
+  const char* data = std::getenv("BURIN_SHARED_DATA");
+  const std::filesystem::path folder = std::filesystem::path(data ? data : "") / "fountain-p11";
+  if (data == nullptr || !std::filesystem::exists(folder / "truth/points_10mm.ply")) {
+    GTEST_SKIP() << "BURIN_SHARED_DATA does not hold fountain-p11";
+  }
+  EvaluationOptions options;
+  options.rigid = true;
+  options.sample_count = 200000;
+  options.unmatched = "drop";
+  const Evaluation evaluation = EvaluateMesh(ReadMesh(folder / "init.ply"),
+                                             ReadTruth(folder / "truth/points_10mm.ply"), options);
+  EXPECT_NEAR(evaluation.accuracy.median, 0.0077, 0.0001);
+  EXPECT_NEAR(evaluation.accuracy.mean, 0.0216, 0.0002);
+  const double precision[] = {0.38, 0.57, 0.71};
+  const double f1[] = {0.31, 0.48, 0.60};
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_NEAR(evaluation.scores[k].precision, precision[k], 0.0075);
+    EXPECT_NEAR(evaluation.scores[k].f1, f1[k], 0.0075);
+  }
+}
+
+}  // namespace
+}  // namespace burin
