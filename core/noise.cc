@@ -13,8 +13,8 @@ namespace {
 // Standard deviation of GradientNoise over space (measured; noise_test holds it to 2 %).
 constexpr double kGradientNoiseSigma = 0.286;
 
-// Lattice cell over dominant wavelength of gradient noise.
-constexpr double kCellPerWavelength = 0.75;
+// Lattice cell over wavelength: gives a line the zero crossings of isotropic waves (noise_test).
+constexpr double kCellPerWavelength = 0.70;
 
 constexpr std::uint32_t kPrimeX = 0x8DA6B343U;
 constexpr std::uint32_t kPrimeY = 0xD8163841U;

@@ -182,6 +182,8 @@ SyntheticLayout MakeLayout(const SyntheticOptions& options, const TriangleMesh& 
 void SyntheticOptions::Describe(OptionSet* set) {
   set->Add("synth.scene", &scene, "what is photographed", {"relief", "occluders", "scan"});
   set->Add("synth.mesh_path", &mesh_path, "mesh file of the scene \"scan\"");
+  set->Add("synth.scan_up", &scan_up, "axis of the scan that points up",
+           {"x", "-x", "y", "-y", "z", "-z"});
   set->Add("synth.seed", &seed, "seed of everything random", 0, 2147483647);
   set->Add("synth.views", &views, "number of views; 0 = relief 7, occluders 8, scan 24", 0, 999);
   set->Add("synth.width", &width, "image width in pixels", 16, 8192);

@@ -8,7 +8,7 @@
 //   occluders  spheres, ellipsoids, a box and bars in front of a bumpy wall and of each other; two
 //              staggered rows of views. The initial mesh has one coarse component per body, without
 //              bumps, and a little too large or too small.
-//   scan       a given mesh, moved into the unit sphere; views around it (y is up) at two heights.
+//   scan       a given mesh, moved into the unit sphere; upright views around it at two heights.
 //              The initial mesh is the scan decimated and smoothed.
 //
 // "px" below are pixel footprints: the width that one pixel covers at the distance of the scene's
@@ -30,7 +30,8 @@ namespace burin {
 
 struct SyntheticOptions {
   std::string scene = "relief";
-  std::string mesh_path;  // of the scan; only recorded here, the caller reads it
+  std::string mesh_path;      // of the scan; only recorded here, the caller reads it
+  std::string scan_up = "y";  // axis of the scan that points up
   int seed = 1;
   int views = 0;  // 0 = the scene's own number: relief 7, occluders 8, scan 24
   int width = 640;
@@ -53,7 +54,7 @@ struct SyntheticOptions {
 struct SyntheticScene {
   SyntheticOptions options;  // as given, with `views` filled in
   Scene scene;               // CV_8UC1 images; image_path is empty
-  TriangleMesh truth;        // about one pixel footprint between vertices (scan: as given)
+  TriangleMesh truth;        // about a footprint between vertices, the wall 1.5 (scan: as given)
   TriangleMesh init;
   std::vector<Eigen::Vector3d> truth_points;   // evenly by area on the truth seen from >= 2 views
   std::vector<Eigen::Vector3d> truth_normals;  // unit, outward, one per truth point

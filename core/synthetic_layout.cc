@@ -74,6 +74,19 @@ double Spread(int k, int count, double half_range) {
   return count == 1 ? 0 : half_range * (2.0 * k / (count - 1) - 1);
 }
 
+// The rotation that turns an axis ("x", "-z", ...) to +y.
+Eigen::Matrix3d UprightRotation(const std::string& up) {
+  const int from = up.back() - 'x';
+  const double sign = up[0] == '-' ? -1 : 1;
+  if (from == 1) return Eigen::Vector3d(1, sign, sign).asDiagonal();
+  // The axis goes to y, y to minus the axis' place, and the third stays.
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Zero();
+  rotation(1, from) = sign;
+  rotation(from, 1) = -sign;
+  rotation(2 - from, 2 - from) = 1;
+  return rotation;
+}
+
 struct Body {
   BodyShape shape;
   Eigen::Vector3d center;
@@ -141,7 +154,7 @@ SyntheticLayout OccludersLayout(const SyntheticOptions& options) {
 
   const double half_height = 1.7 * options.height / options.width;
   const auto wall = [](double x, double y) { return 0.06 * std::sin(2.3 * x) * std::cos(1.9 * y); };
-  layout.truth = HeightFieldMesh(1.7, half_height, footprint, [&](double x, double y) {
+  layout.truth = HeightFieldMesh(1.7, half_height, 1.5 * footprint, [&](double x, double y) {
     return wall(x, y) + bump_height * bumps({x, y, 0});
   });
   layout.init = HeightFieldMesh(1.7, half_height, init_edge, wall);
@@ -185,7 +198,10 @@ SyntheticLayout ScanLayout(const SyntheticOptions& options, const TriangleMesh& 
     radius = std::max(radius, (vertex - center).norm());
   }
   layout.truth = scan;
-  for (Eigen::Vector3d& vertex : layout.truth.vertices) vertex = (vertex - center) / radius;
+  const Eigen::Matrix3d upright = UprightRotation(options.scan_up);
+  for (Eigen::Vector3d& vertex : layout.truth.vertices) {
+    vertex = upright * (vertex - center) / radius;
+  }
 
   // Far enough for the unit sphere to fit the narrower field of view.
   const double half_fov =

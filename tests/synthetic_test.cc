@@ -401,6 +401,38 @@ TEST(Synthetic, ExposureAndNoiseAreAsAsked) {
   }
 }
 
+TEST(Synthetic, ScansStandUpright) {
+  // A pin on a disc, along each axis in turn: in the scene its tip is always at the top.
+  for (const std::string up : {"x", "-x", "y", "-y", "z", "-z"}) {
+    SCOPED_TRACE(up);
+    SyntheticOptions options = SmallOptions("scan");
+    options.scan_up = up;
+    options.truth_point_count = 0;
+    const double sign = up[0] == '-' ? -1 : 1;
+    const int axis = up.back() - 'x';
+    TriangleMesh pin = BodyMesh({{1, 1, 1}, 0, true}, 0.3, [](const auto&) { return 0.0; });
+    for (Eigen::Vector3d& vertex : pin.vertices) {
+      if (sign * vertex[axis] > 0) vertex[axis] *= 3;
+    }
+    const SyntheticScene synthetic = MakeSyntheticScene(options, pin);
+    const auto width_at_top = [&](double from, double to) {
+      double width = 0;
+      for (const Eigen::Vector3d& vertex : synthetic.truth.vertices) {
+        if (vertex.y() > from && vertex.y() < to) width = std::max(width, std::abs(vertex.x()));
+      }
+      return width;
+    };
+    EXPECT_LT(width_at_top(0.6, 1.1), 0.7 * width_at_top(-1.1, -0.5));
+    // Still turned outward: a reflection would turn it inside out.
+    double volume = 0;
+    for (size_t f = 0; f < synthetic.truth.faces.size(); ++f) {
+      const Eigen::Vector3d normal = FaceAreaNormal(synthetic.truth, static_cast<int>(f));
+      volume += normal.dot(synthetic.truth.vertices[synthetic.truth.faces[f][0]]);
+    }
+    EXPECT_GT(volume, 0);
+  }
+}
+
 TEST(Synthetic, SmallestSizesWork) {
   const TriangleMesh scan = BodyMesh({{1, 1, 1}, 0.3, false}, 0.3, [](const auto&) { return 0.0; });
   for (const std::string scene : {"relief", "occluders", "scan"}) {
