@@ -1,5 +1,6 @@
 #include "core/parallel.h"
 
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -10,26 +11,35 @@
 namespace burin {
 namespace {
 
-std::unique_ptr<tbb::task_arena>& Arena() {
-  static auto* arena = new std::unique_ptr<tbb::task_arena>(
-      new tbb::task_arena(static_cast<int>(std::max(1U, std::thread::hardware_concurrency()))));
-  return *arena;
+int CoreCount() { return static_cast<int>(std::max(1U, std::thread::hardware_concurrency())); }
+
+// TBB creates no more workers than cores unless told; more threads than cores are of use in tests.
+struct Pool {
+  explicit Pool(int count)
+      : limit(tbb::global_control::max_allowed_parallelism, count), arena(count) {}
+  tbb::global_control limit;
+  tbb::task_arena arena;
+};
+
+std::unique_ptr<Pool>& CurrentPool() {
+  static auto* pool = new std::unique_ptr<Pool>(new Pool(CoreCount()));
+  return *pool;
 }
 
 }  // namespace
 
 int SetThreadCount(int count) {
-  const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  Arena() = std::make_unique<tbb::task_arena>(count > 0 ? count : cores);
+  CurrentPool().reset();
+  CurrentPool() = std::make_unique<Pool>(count > 0 ? count : CoreCount());
   return ThreadCount();
 }
 
-int ThreadCount() { return Arena()->max_concurrency(); }
+int ThreadCount() { return CurrentPool()->arena.max_concurrency(); }
 
 void ParallelFor(int count, int grain, const std::function<void(int, int)>& body) {
   if (count <= 0) return;
   const int items = (count + grain - 1) / grain;
-  Arena()->execute([&] {
+  CurrentPool()->arena.execute([&] {
     tbb::parallel_for(
         0, items, [&](int item) { body(item * grain, std::min(count, (item + 1) * grain)); },
         tbb::simple_partitioner());

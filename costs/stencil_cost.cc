@@ -85,8 +85,17 @@ Stencil CotangentStencil(int v, const TriangleMesh& mesh, const Adjacency& neigh
   return stencil;
 }
 
-StencilCost::StencilCost(std::vector<double> coefficients, double scale)
-    : coefficients_(std::move(coefficients)) {
+Eigen::Vector3d Apply(const Stencil& stencil, const std::vector<Eigen::Vector3d>& positions) {
+  Eigen::Vector3d value = Eigen::Vector3d::Zero();
+  for (size_t k = 0; k < stencil.vertex.size(); ++k) {
+    value += stencil.coefficient[k] * positions[stencil.vertex[k]];
+  }
+  return value;
+}
+
+StencilCost::StencilCost(std::vector<double> coefficients, double scale,
+                         const Eigen::Vector3d& target)
+    : coefficients_(std::move(coefficients)), offset_(-scale * target) {
   for (double& c : coefficients_) c *= scale;
   set_num_residuals(3);
   mutable_parameter_block_sizes()->assign(coefficients_.size(), 3);
@@ -95,7 +104,7 @@ StencilCost::StencilCost(std::vector<double> coefficients, double scale)
 bool StencilCost::Evaluate(double const* const* parameters, double* residuals,
                            double** jacobians) const {
   Eigen::Map<Eigen::Vector3d> r(residuals);
-  r.setZero();
+  r = offset_;
   for (size_t k = 0; k < coefficients_.size(); ++k) {
     r += coefficients_[k] * Eigen::Map<const Eigen::Vector3d>(parameters[k]);
   }

@@ -1,6 +1,6 @@
 // Smoothness residuals: a linear stencil on vertex positions as one Ceres cost function.
 //
-//   r(V) = s * sum_k c_k V_k   (3 residuals),   dr/dV_k = s * c_k * I_3
+//   r(V) = s * (sum_k c_k V_k - b)   (3 residuals),   dr/dV_k = s * c_k * I_3
 //
 // With sum_k c_k = 0 the residual is invariant to translation; the umbrella stencil gives the
 // vector from a vertex to its neighbours' mean (Romanoni & Matteucci, eq. 1's E_smooth in
@@ -35,14 +35,19 @@ Stencil BiLaplacianStencil(int v, const Adjacency& neighbors, const std::vector<
 Stencil CotangentStencil(int v, const TriangleMesh& mesh, const Adjacency& neighbors,
                          const Adjacency& faces, const std::vector<char>& boundary);
 
+// The stencil's value on given positions.
+Eigen::Vector3d Apply(const Stencil& stencil, const std::vector<Eigen::Vector3d>& positions);
+
 class StencilCost : public ceres::CostFunction {
  public:
-  StencilCost(std::vector<double> coefficients, double scale);
+  StencilCost(std::vector<double> coefficients, double scale,
+              const Eigen::Vector3d& target = Eigen::Vector3d::Zero());
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
  private:
   std::vector<double> coefficients_;  // already multiplied by the scale
+  Eigen::Vector3d offset_;            // -s * b
 };
 
 }  // namespace burin

@@ -1,0 +1,68 @@
+// What a term of the energy is to the coarse-to-fine loop: something that freezes its discrete
+// choices at the start of a round and then adds residual blocks to the round's one ceres::Problem.
+// The photometric and smoothness terms are in costs/; a new term derives from EnergyTerm and is
+// handed to Refine() beside them.
+#pragma once
+
+#include <ceres/evaluation_callback.h>
+#include <ceres/problem.h>
+
+#include <Eigen/Core>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "core/camera.h"
+#include "core/mesh.h"
+#include "core/visibility.h"
+
+namespace burin {
+
+// A view at one level of the pyramid, in the normalised world (see core/refinement.h).
+struct LevelView {
+  Camera camera;
+  cv::Mat1f image;         // grey levels 0..255
+  double noise_sigma = 0;  // estimated standard deviation of the image noise, grey levels
+};
+
+// How vertices may move. `kNormal`: along their normal at the round's start, one degree of freedom;
+// `kFree`: three.
+enum class Motion { kNormal, kFree };
+
+// Everything that is frozen during a solve.
+struct RoundContext {
+  const std::vector<LevelView>* views = nullptr;
+  const std::vector<ViewDomain>* domains = nullptr;  // one per view
+  const TriangleMesh* mesh = nullptr;                // positions at the start of the round
+  Adjacency neighbors;
+  Adjacency faces;
+  std::vector<char> boundary;
+  std::vector<Eigen::Vector3d> normals;  // unit, or zero where there is none
+  std::vector<char> supported;           // some facet of the vertex has a pixel in some Omega_ij
+  Motion motion = Motion::kNormal;
+};
+
+class EnergyTerm {
+ public:
+  virtual ~EnergyTerm() = default;
+  virtual std::string Name() const = 0;
+
+  // The images of a level are ready; they stay the same until the next call.
+  virtual void BeginLevel(const std::vector<LevelView>& views) { (void)views; }
+
+  // Freezes the term for a round. `context` outlives the round.
+  virtual void BeginRound(const RoundContext& context) = 0;
+
+  // Adds residual blocks on vertex positions; the parameter block of vertex v is
+  // (*vertices)[v].data(), of size 3. Called once per round, after BeginRound.
+  virtual void AddResiduals(ceres::Problem* problem, std::vector<Eigen::Vector3d>* vertices) = 0;
+
+  // Called before the term's residuals are evaluated at new positions; null when not needed.
+  virtual ceres::EvaluationCallback* Callback() { return nullptr; }
+
+  // Figures for summary.json: of the round just solved.
+  virtual nlohmann::json RoundReport() const { return nlohmann::json::object(); }
+};
+
+}  // namespace burin

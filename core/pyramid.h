@@ -1,0 +1,24 @@
+// The views of a scene at one level of the coarse-to-fine loop.
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "core/energy_term.h"
+#include "core/scene.h"
+
+namespace burin {
+
+// Images area-averaged to 2^-level of their size (at least 16 pixels a side) with matching cameras,
+// in the world mapped by X -> scale * (X - origin). Level 0 keeps the size.
+std::vector<LevelView> MakeLevelViews(const Scene& scene, int level, const Eigen::Vector3d& origin,
+                                      double scale);
+
+// Standard deviation of an image's noise in grey levels. The noise-only response of the mask
+// [1 -2 1; -2 4 -2; 1 -2 1] has 6 times the noise's standard deviation (Immerkaer, "Fast noise
+// variance estimation", 1996); taken as the 20th percentile over 16x16 blocks that are neither
+// saturated nor constant, so that texture does not count as noise. 0 when there is no such block.
+double EstimateNoise(const cv::Mat1f& image);
+
+}  // namespace burin

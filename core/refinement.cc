@@ -1,0 +1,273 @@
+#include "core/refinement.h"
+
+#include <ceres/problem.h>
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+
+#include "core/error.h"
+#include "core/motion.h"
+#include "core/pyramid.h"
+#include "core/round.h"
+#include "core/subdivide.h"
+
+namespace burin {
+namespace {
+
+// Dense BFGS keeps an n x n matrix.
+constexpr int kBfgsMaxUnknowns = 8000;
+
+class Stopwatch {
+ public:
+  double Seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+// Hands one problem's evaluation callback on to every term that has one.
+class CallbackFanOut : public ceres::EvaluationCallback {
+ public:
+  explicit CallbackFanOut(const std::vector<EnergyTerm*>& terms) {
+    for (EnergyTerm* term : terms) {
+      if (term->Callback() != nullptr) callbacks_.push_back(term->Callback());
+    }
+  }
+  void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override {
+    for (ceres::EvaluationCallback* callback : callbacks_) {
+      callback->PrepareForEvaluation(evaluate_jacobians, new_evaluation_point);
+    }
+  }
+
+ private:
+  std::vector<ceres::EvaluationCallback*> callbacks_;
+};
+
+// Median over vertices of the smallest footprint among the views they project into; 0 when none
+// does.
+double MedianFootprint(const Scene& scene, const TriangleMesh& mesh) {
+  std::vector<double> footprints;
+  for (const Eigen::Vector3d& vertex : mesh.vertices) {
+    double smallest = 0;
+    for (const View& view : scene.views) {
+      if (view.camera.Depth(vertex) <= 0 || !view.camera.Contains(view.camera.Project(vertex))) {
+        continue;
+      }
+      const double footprint = view.camera.Footprint(vertex);
+      if (smallest == 0 || footprint < smallest) smallest = footprint;
+    }
+    if (smallest > 0) footprints.push_back(smallest);
+  }
+  if (footprints.empty()) return 0;
+  std::nth_element(footprints.begin(),
+                   footprints.begin() + static_cast<long>(footprints.size() / 2), footprints.end());
+  return footprints[footprints.size() / 2];
+}
+
+Eigen::Vector3d BoxCentre(const TriangleMesh& mesh) {
+  Eigen::Vector3d low = mesh.vertices[0];
+  Eigen::Vector3d high = mesh.vertices[0];
+  for (const Eigen::Vector3d& vertex : mesh.vertices) {
+    low = low.cwiseMin(vertex);
+    high = high.cwiseMax(vertex);
+  }
+  return 0.5 * (low + high);
+}
+
+struct RoundProblem {
+  std::unique_ptr<ceres::Problem> problem;
+  SolveTask task;
+};
+
+RoundProblem BuildProblem(const std::vector<EnergyTerm*>& terms, const RoundContext& context,
+                          ceres::EvaluationCallback* callback,
+                          std::vector<Eigen::Vector3d>* vertices) {
+  RoundProblem round;
+  ceres::Problem::Options problem_options;
+  problem_options.evaluation_callback = callback;
+  problem_options.disable_all_safety_checks = true;
+  round.problem = std::make_unique<ceres::Problem>(problem_options);
+  round.task.problem = round.problem.get();
+  round.task.vertices = vertices;
+  round.task.context = &context;
+  size_t known = 0;
+  std::vector<ceres::ResidualBlockId> blocks;
+  for (EnergyTerm* term : terms) {
+    term->AddResiduals(round.problem.get(), vertices);
+    round.problem->GetResidualBlocks(&blocks);
+    round.task.term_blocks.emplace_back(
+        term->Name(), std::vector<ceres::ResidualBlockId>(blocks.begin() + static_cast<long>(known),
+                                                          blocks.end()));
+    known = blocks.size();
+  }
+  for (size_t v = 0; v < vertices->size(); ++v) {
+    double* block = (*vertices)[v].data();
+    if (!round.problem->HasParameterBlock(block)) continue;
+    if (context.normals[v].isZero()) {
+      round.problem->SetParameterBlockConstant(block);
+    } else if (context.motion == Motion::kNormal) {
+      round.problem->SetManifold(block, new LineAlongNormal(context.normals[v]));
+    }
+  }
+  return round;
+}
+
+nlohmann::json EnergyByTerm(const RoundProblem& round) {
+  nlohmann::json energies = nlohmann::json::object();
+  double total = 0;
+  for (const auto& [name, blocks] : round.task.term_blocks) {
+    ceres::Problem::EvaluateOptions evaluate;
+    evaluate.residual_blocks = blocks;
+    double energy = 0;
+    if (!blocks.empty()) {
+      round.problem->Evaluate(evaluate, &energy, nullptr, nullptr, nullptr);
+    }
+    energies[name] = energy;
+    total += energy;
+  }
+  energies["total"] = total;
+  return energies;
+}
+
+}  // namespace
+
+void LevelOptions::Describe(OptionSet* set) {
+  set->Add("level.count", &count, "Levels of the image pyramid, each half the size of the next", 1,
+           12);
+  set->Add("level.finest", &finest, "Finest level used: 0 = full resolution, 1 = half, ...", 0, 11);
+  set->Add("level.rounds", &rounds, "Rounds of freezing visibility and solving, a level", 1, 1000);
+  set->Add("level.max_facet_px", &max_facet_px,
+           "Facets are split to this area in their sharpest view, square pixels of the level", 0.5,
+           1e9);
+  set->Add("level.border_px", &border_px,
+           "Surface points projecting nearer to the second image's border are left out, pixels", 0,
+           1000);
+}
+
+void RefinementOptions::Describe(OptionSet* set) {
+  level.Describe(set);
+  solver.Describe(set);
+  set->Add("motion.type", &motion, "How vertices move: along their normal of the round, or freely",
+           {"normal", "free"});
+}
+
+TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
+                    const std::vector<CameraPair>& pairs, const RefinementOptions& options,
+                    const std::vector<EnergyTerm*>& terms, const RefinementHooks& hooks,
+                    RefinementSummary* summary) {
+  const Stopwatch total;
+  CHECK(!input.vertices.empty());
+  const Eigen::Vector3d origin = BoxCentre(input);
+  const double footprint = MedianFootprint(scene, input);
+  if (footprint <= 0) {
+    throw InputError("no vertex of the mesh projects into any of the " +
+                     std::to_string(scene.views.size()) +
+                     " views: mesh and cameras are not in the same coordinate frame");
+  }
+  summary->footprint = footprint;
+  TriangleMesh mesh = input;
+  for (Eigen::Vector3d& vertex : mesh.vertices) vertex = (vertex - origin) / footprint;
+  const Motion motion = options.motion == "free" ? Motion::kFree : Motion::kNormal;
+
+  // Work is proportional to pixels: level l has 4^-l of them.
+  double work_total = 0;
+  double work_done = 0;
+  const int last = options.level.finest;
+  const int first = last + options.level.count - 1;
+  for (int level = first; level >= last; --level) {
+    work_total += options.level.rounds * std::ldexp(1.0, -2 * level);
+  }
+  bool stopped = false;
+  for (int level = first; level >= last && !stopped; --level) {
+    LevelSummary level_summary;
+    level_summary.level = level;
+    Stopwatch image_watch;
+    const std::vector<LevelView> views = MakeLevelViews(scene, level, origin, 1 / footprint);
+    for (EnergyTerm* term : terms) term->BeginLevel(views);
+    level_summary.image_seconds = image_watch.Seconds();
+    Stopwatch subdivide_watch;
+    std::vector<Camera> cameras;
+    for (const LevelView& view : views) cameras.push_back(view.camera);
+    SubdivisionOptions subdivision;
+    subdivision.max_facet_px = options.level.max_facet_px;
+    SplitLargeFaces(&mesh, cameras, subdivision);
+    level_summary.subdivide_seconds = subdivide_watch.Seconds();
+    level_summary.width = views[0].camera.width;
+    level_summary.height = views[0].camera.height;
+    level_summary.vertices = static_cast<int>(mesh.vertices.size());
+    level_summary.faces = static_cast<int>(mesh.faces.size());
+
+    for (int r = 0; r < options.level.rounds && !stopped; ++r) {
+      RoundSummary round_summary;
+      round_summary.round = r;
+      Stopwatch visibility_watch;
+      std::vector<ViewDomain> domains;
+      const RoundContext context =
+          FreezeRound(views, pairs, mesh, motion, options.level.border_px, &domains);
+      round_summary.visibility_seconds = visibility_watch.Seconds();
+      for (const ViewDomain& domain : domains) {
+        for (int64_t pixels : domain.pair_pixels) round_summary.pair_pixels += pixels;
+      }
+      round_summary.supported_vertices =
+          static_cast<int>(std::count(context.supported.begin(), context.supported.end(), 1));
+      if (round_summary.pair_pixels == 0) {
+        throw InputError("no camera pair sees a common part of the mesh at level " +
+                         std::to_string(level) +
+                         ": every facet is out of view, hidden or seen from behind");
+      }
+      Stopwatch build_watch;
+      for (EnergyTerm* term : terms) term->BeginRound(context);
+      std::vector<Eigen::Vector3d> positions = mesh.vertices;
+      CallbackFanOut callback(terms);
+      RoundProblem round = BuildProblem(terms, context, &callback, &positions);
+      round_summary.build_seconds = build_watch.Seconds();
+
+      const int unknowns =
+          round.problem->NumParameterBlocks() * (motion == Motion::kNormal ? 1 : 3);
+      const Strategy* strategy = FindStrategy(options.solver.type, unknowns, options.solver);
+      if (strategy == nullptr) {
+        throw InputError("solver.type = " + options.solver.type + ": no such strategy");
+      }
+      if (strategy->name == "bfgs" && unknowns > kBfgsMaxUnknowns) {
+        throw InputError("solver.type = bfgs: " + std::to_string(unknowns) + " unknowns, at most " +
+                         std::to_string(kBfgsMaxUnknowns) + " fit its dense matrix; take lbfgs");
+      }
+      const double round_work = std::ldexp(1.0, -2 * level);
+      round.task.on_iteration = [&](const IterationRecord& record) {
+        if (!hooks.on_iteration) return true;
+        RefinementEvent event;
+        event.level = level;
+        event.round = r;
+        const double share = options.solver.max_iterations > 0
+                                 ? std::min(1.0, static_cast<double>(record.iteration) /
+                                                     options.solver.max_iterations)
+                                 : 1.0;
+        event.done = (work_done + share * round_work) / work_total;
+        event.iteration = record;
+        if (!hooks.on_iteration(event)) stopped = true;
+        return !stopped;
+      };
+      Stopwatch solve_watch;
+      round_summary.energy_initial = EnergyByTerm(round);
+      round_summary.solve = strategy->solve(round.task, options.solver);
+      round_summary.energy_final = EnergyByTerm(round);
+      round_summary.solve_seconds = solve_watch.Seconds();
+      if (round_summary.solve.usable) mesh.vertices = positions;
+      for (EnergyTerm* term : terms) round_summary.terms[term->Name()] = term->RoundReport();
+      if (hooks.on_round) hooks.on_round(context, mesh, round_summary);
+      level_summary.rounds.push_back(std::move(round_summary));
+      work_done += round_work;
+    }
+    summary->levels.push_back(std::move(level_summary));
+  }
+  for (Eigen::Vector3d& vertex : mesh.vertices) vertex = vertex * footprint + origin;
+  summary->seconds = total.Seconds();
+  return mesh;
+}
+
+}  // namespace burin

@@ -1,0 +1,92 @@
+// The coarse-to-fine loop: levels of the image pyramid, on each the mesh is cut to the level's
+// pixels, then rounds of freezing visibility and minimising the sum of the energy terms.
+//
+// Everything runs in a normalised world, X' = (X - origin) / footprint, with origin the middle of
+// the mesh's bounding box and footprint the median over vertices of the smallest pixel footprint at
+// full resolution. One unit is about one pixel, so no tolerance, step or weight has a scale.
+#pragma once
+
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "core/energy_term.h"
+#include "core/mesh.h"
+#include "core/options.h"
+#include "core/pairs.h"
+#include "core/scene.h"
+#include "core/solver_strategy.h"
+
+namespace burin {
+
+struct LevelOptions {
+  int count = 3;             // images at 2^-(count-1), ..., 1/2, 1 of their size
+  int finest = 0;            // 0 = full resolution, 1 = half, ...
+  int rounds = 2;            // a level
+  double max_facet_px = 16;  // facets are split down to this area, square pixels of the level
+  double border_px = 3;      // second-view points nearer to the border are left out
+  void Describe(OptionSet* set);
+};
+
+struct RefinementOptions {
+  LevelOptions level;
+  SolverOptions solver;
+  std::string motion = "normal";
+  void Describe(OptionSet* set);
+};
+
+struct RoundSummary {
+  int round = 0;
+  SolveSummary solve;
+  nlohmann::json energy_initial;  // by term
+  nlohmann::json energy_final;
+  nlohmann::json terms;     // EnergyTerm::RoundReport by term
+  int64_t pair_pixels = 0;  // sum of |Omega_ij|
+  int supported_vertices = 0;
+  double visibility_seconds = 0;
+  double build_seconds = 0;
+  double solve_seconds = 0;
+};
+
+struct LevelSummary {
+  int level = 0;
+  int width = 0;  // of the first view
+  int height = 0;
+  int vertices = 0;
+  int faces = 0;
+  double subdivide_seconds = 0;
+  double image_seconds = 0;
+  std::vector<RoundSummary> rounds;
+};
+
+struct RefinementSummary {
+  double footprint = 0;  // world units per normalised unit
+  std::vector<LevelSummary> levels;
+  double seconds = 0;
+};
+
+// Position within a run, for progress and the trace.
+struct RefinementEvent {
+  int level = 0;
+  int round = 0;
+  double done = 0;  // estimated share of the whole run's work
+  IterationRecord iteration;
+};
+
+struct RefinementHooks {
+  // After every iteration; false stops the refinement after this iteration with the mesh so far.
+  std::function<bool(const RefinementEvent&)> on_iteration;
+  // After every round, with the frozen state of the round and the mesh it ended with, both in the
+  // normalised world.
+  std::function<void(const RoundContext&, const TriangleMesh&, const RoundSummary&)> on_round;
+};
+
+// Moves (and adds) vertices of `mesh` so that the sum of the terms falls. Terms are not owned.
+// Throws InputError when the pairs see nothing of the mesh or an option does not fit the data.
+TriangleMesh Refine(const Scene& scene, const TriangleMesh& mesh,
+                    const std::vector<CameraPair>& pairs, const RefinementOptions& options,
+                    const std::vector<EnergyTerm*>& terms, const RefinementHooks& hooks,
+                    RefinementSummary* summary);
+
+}  // namespace burin

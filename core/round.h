@@ -1,0 +1,18 @@
+// Makes the frozen state of a round from cameras, pairs and mesh: visibility, neighbourhoods,
+// normals, photometric support.
+#pragma once
+
+#include <vector>
+
+#include "core/energy_term.h"
+#include "core/pairs.h"
+
+namespace burin {
+
+// Casts Omega_ij for the pairs and fills a context that refers to `views`, `mesh` and `domains`,
+// which must outlive it. `border_px`: see RayCaster::Cast.
+RoundContext FreezeRound(const std::vector<LevelView>& views, const std::vector<CameraPair>& pairs,
+                         const TriangleMesh& mesh, Motion motion, double border_px,
+                         std::vector<ViewDomain>* domains);
+
+}  // namespace burin

@@ -1,0 +1,359 @@
+#include "core/visibility.h"
+
+#include <embree3/rtcore.h>
+#include <glog/logging.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "core/parallel.h"
+
+namespace burin {
+namespace {
+
+constexpr int kPacket = 8;
+constexpr int kPointGrain = 4096;
+constexpr int kRowGrain = 16;
+
+// Carried by the occlusion rays of one target to the filter below.
+struct OcclusionContext {
+  RTCIntersectContext context;               // must come first
+  const Eigen::Vector3i* faces;              // the mesh's
+  const std::vector<uint8_t>* faces_target;  // per facet: its front side sees the target
+};
+
+bool ShareVertex(const Eigen::Vector3i& a, const Eigen::Vector3i& b) {
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      if (a[i] == b[j]) return true;
+    }
+  }
+  return false;
+}
+
+// Rejects the hits that are no obstacles (see the header). A ray's id is the facet it starts on.
+void RejectOwnNeighbourhood(const RTCFilterFunctionNArguments* args) {
+  const auto* context = reinterpret_cast<const OcclusionContext*>(args->context);
+  for (unsigned int i = 0; i < args->N; ++i) {
+    if (args->valid[i] == 0) continue;
+    const unsigned int start = RTCRayN_id(args->ray, args->N, i);
+    const unsigned int hit = RTCHitN_primID(args->hit, args->N, i);
+    if (hit == start || ((*context->faces_target)[hit] != 0 &&
+                         ShareVertex(context->faces[hit], context->faces[start]))) {
+      args->valid[i] = 0;
+    }
+  }
+}
+
+RTCDevice Device() {
+  static RTCDevice device = rtcNewDevice(nullptr);  // lives as long as the process
+  CHECK(device != nullptr) << "Embree: no device";
+  return device;
+}
+
+}  // namespace
+
+FacetPencil MakeFacetPencil(const std::vector<Eigen::Vector3d>& vertices,
+                            const Eigen::Vector3i& face, const Camera& camera) {
+  const Eigen::Vector3d center = camera.Center();
+  const Eigen::Vector3d a = vertices[face[0]] - center;
+  const Eigen::Vector3d b = vertices[face[1]] - center;
+  const Eigen::Vector3d c = vertices[face[2]] - center;
+  FacetPencil pencil;
+  pencil.normal = (b - a).cross(c - a);
+  pencil.offset = pencil.normal.dot(a);
+  Eigen::Matrix3d inverse;  // rows: u_k = inverse.row(k) . direction
+  inverse.row(0) = b.cross(c) / pencil.offset;
+  inverse.row(1) = c.cross(a) / pencil.offset;
+  inverse.row(2) = a.cross(b) / pencil.offset;
+  Eigen::Matrix3d ray_from_pixel;                              // K^-1
+  ray_from_pixel << 1 / camera.fx, 0, -camera.cx / camera.fx,  //
+      0, 1 / camera.fy, -camera.cy / camera.fy,                //
+      0, 0, 1;
+  pencil.coefficients = inverse * camera.rotation.transpose() * ray_from_pixel;
+  return pencil;
+}
+
+struct RayCaster::Impl {
+  TriangleMesh mesh;
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  RTCScene scene = nullptr;
+
+  std::vector<uint8_t> FacesTarget(const Eigen::Vector3d& center) const {
+    std::vector<uint8_t> result(mesh.faces.size());
+    for (size_t f = 0; f < mesh.faces.size(); ++f) {
+      result[f] =
+          FaceAreaNormal(mesh, static_cast<int>(f)).dot(center - mesh.vertices[mesh.faces[f][0]]) >
+          0;
+    }
+    return result;
+  }
+
+  // PointsVisible for a slice, with the facing table at hand.
+  void CastOcclusion(const Eigen::Vector3d& center, const std::vector<uint8_t>& faces_target,
+                     const Eigen::Vector3d* points, const int* facets, int count,
+                     uint8_t* visible) const;
+  void BuildPixelLists(const Camera& camera, const cv::Mat1i& facet_map, ViewDomain* domain) const;
+  void CastPairs(const std::vector<Camera>& cameras, int view, const cv::Mat1i& facet_map,
+                 double border_px, ViewDomain* domain) const;
+};
+
+void RayCaster::Impl::CastOcclusion(const Eigen::Vector3d& center,
+                                    const std::vector<uint8_t>& faces_target,
+                                    const Eigen::Vector3d* points, const int* facets, int count,
+                                    uint8_t* visible) const {
+  OcclusionContext occlusion;
+  rtcInitIntersectContext(&occlusion.context);
+  occlusion.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  occlusion.context.filter = RejectOwnNeighbourhood;
+  occlusion.faces = mesh.faces.data();
+  occlusion.faces_target = &faces_target;
+  for (int base = 0; base < count; base += kPacket) {
+    alignas(32) int valid[kPacket];
+    RTCRay8 rays;
+    for (int lane = 0; lane < kPacket; ++lane) {
+      const int k = base + lane;
+      valid[lane] = k < count && faces_target[facets[std::min(k, count - 1)]] != 0 ? -1 : 0;
+      if (valid[lane] == 0) continue;
+      const Eigen::Vector3f from = (points[k] - origin).cast<float>();
+      const Eigen::Vector3f step = (center - points[k]).cast<float>();
+      rays.org_x[lane] = from.x();
+      rays.org_y[lane] = from.y();
+      rays.org_z[lane] = from.z();
+      rays.dir_x[lane] = step.x();
+      rays.dir_y[lane] = step.y();
+      rays.dir_z[lane] = step.z();
+      rays.tnear[lane] = 0.0F;
+      rays.tfar[lane] = 1.0F;
+      rays.time[lane] = 0.0F;
+      rays.mask[lane] = ~0U;
+      rays.id[lane] = static_cast<unsigned int>(facets[k]);
+      rays.flags[lane] = 0;
+    }
+    rtcOccluded8(valid, scene, &occlusion.context, &rays);
+    for (int lane = 0; lane < kPacket && base + lane < count; ++lane) {
+      visible[base + lane] = valid[lane] != 0 && rays.tfar[lane] >= 0 ? 1 : 0;
+    }
+  }
+}
+
+void RayCaster::Impl::BuildPixelLists(const Camera& camera, const cv::Mat1i& facet_map,
+                                      ViewDomain* domain) const {
+  const int width = camera.width;
+  const int height = camera.height;
+  std::vector<int> slot(mesh.faces.size(), -1);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      if (facet_map(y, x) >= 0) slot[facet_map(y, x)] = 0;
+    }
+  }
+  for (size_t f = 0; f < slot.size(); ++f) {
+    if (slot[f] < 0) continue;
+    slot[f] = static_cast<int>(domain->facet.size());
+    domain->facet.push_back(static_cast<int>(f));
+  }
+  std::vector<Eigen::Matrix3d> pencils(domain->facet.size());
+  for (size_t k = 0; k < pencils.size(); ++k) {
+    pencils[k] = MakeFacetPencil(mesh.vertices, mesh.faces[domain->facet[k]], camera).coefficients;
+  }
+  // Counting sort of the pixels by facet corner keeps them in ascending order within each.
+  std::vector<uint32_t> corner_of(static_cast<size_t>(width) * height,
+                                  std::numeric_limits<uint32_t>::max());
+  domain->start.assign(3 * domain->facet.size() + 1, 0);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      if (facet_map(y, x) < 0) continue;
+      const int k = slot[facet_map(y, x)];
+      const Eigen::Vector3d u = pencils[k] * Eigen::Vector3d(x + 0.5, y + 0.5, 1);
+      const int corner = u[0] >= u[1] ? (u[0] >= u[2] ? 0 : 2) : (u[1] >= u[2] ? 1 : 2);
+      corner_of[static_cast<size_t>(y) * width + x] = static_cast<uint32_t>(3 * k + corner);
+      ++domain->start[3 * k + corner + 1];
+    }
+  }
+  for (size_t c = 1; c < domain->start.size(); ++c) domain->start[c] += domain->start[c - 1];
+  domain->pixel.resize(domain->start.back());
+  std::vector<uint32_t> next(domain->start.begin(), domain->start.end() - 1);
+  for (size_t p = 0; p < corner_of.size(); ++p) {
+    if (corner_of[p] == std::numeric_limits<uint32_t>::max()) continue;
+    domain->pixel[next[corner_of[p]]++] = static_cast<uint32_t>(p);
+  }
+}
+
+void RayCaster::Impl::CastPairs(const std::vector<Camera>& cameras, int view,
+                                const cv::Mat1i& facet_map, double border_px,
+                                ViewDomain* domain) const {
+  const Camera& reference = cameras[view];
+  const int width = reference.width;
+  domain->second_visible.assign(
+      (domain->seconds.size() + 7) / 8,
+      std::vector<uint8_t>(static_cast<size_t>(width) * reference.height, 0));
+  const Eigen::Vector3d center_i = reference.Center();
+  for (size_t b = 0; b < domain->seconds.size(); ++b) {
+    const Camera& second = cameras[domain->seconds[b]];
+    const Eigen::Vector3d center_j = second.Center();
+    const std::vector<uint8_t> faces_second = FacesTarget(center_j);
+    std::vector<uint8_t>& plane = domain->second_visible[b / 8];
+    const auto bit = static_cast<uint8_t>(1U << (b % 8));
+    std::vector<int64_t> row_count(reference.height, 0);
+    ParallelFor(reference.height, kRowGrain, [&](int begin, int end) {
+      std::vector<Eigen::Vector3d> points;
+      std::vector<int> facets;
+      std::vector<size_t> pixels;
+      std::vector<uint8_t> visible;
+      for (int y = begin; y < end; ++y) {
+        points.clear();
+        facets.clear();
+        pixels.clear();
+        for (int x = 0; x < width; ++x) {
+          const int f = facet_map(y, x);
+          if (f < 0 || faces_second[f] == 0) continue;
+          const Eigen::Vector3i& face = mesh.faces[f];
+          const Eigen::Vector3d direction = reference.Ray(x + 0.5, y + 0.5);
+          const Eigen::Vector3d normal = FaceAreaNormal(mesh, f);
+          const double depth =
+              normal.dot(mesh.vertices[face[0]] - center_i) / normal.dot(direction);
+          const Eigen::Vector3d point = center_i + depth * direction;
+          if (second.Depth(point) <= 0) continue;
+          const Eigen::Vector2d q = second.Project(point);
+          if (q.x() < border_px || q.y() < border_px || q.x() > second.width - border_px ||
+              q.y() > second.height - border_px) {
+            continue;
+          }
+          points.push_back(point);
+          facets.push_back(f);
+          pixels.push_back(static_cast<size_t>(y) * width + x);
+        }
+        visible.resize(points.size());
+        CastOcclusion(center_j, faces_second, points.data(), facets.data(),
+                      static_cast<int>(points.size()), visible.data());
+        for (size_t k = 0; k < pixels.size(); ++k) {
+          if (visible[k] == 0) continue;
+          plane[pixels[k]] |= bit;
+          ++row_count[y];
+        }
+      }
+    });
+    int64_t total = 0;
+    for (int64_t count : row_count) total += count;
+    domain->pair_pixels.push_back(total);
+  }
+}
+
+RayCaster::RayCaster(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>()) {
+  impl_->mesh = mesh;
+  if (!mesh.vertices.empty()) {
+    Eigen::Vector3d low = mesh.vertices[0];
+    Eigen::Vector3d high = mesh.vertices[0];
+    for (const Eigen::Vector3d& vertex : mesh.vertices) {
+      low = low.cwiseMin(vertex);
+      high = high.cwiseMax(vertex);
+    }
+    impl_->origin = 0.5 * (low + high);
+  }
+  impl_->scene = rtcNewScene(Device());
+  rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
+  RTCGeometry geometry = rtcNewGeometry(Device(), RTC_GEOMETRY_TYPE_TRIANGLE);
+  auto* vertices = static_cast<float*>(
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                              3 * sizeof(float), std::max<size_t>(1, mesh.vertices.size())));
+  for (size_t v = 0; v < mesh.vertices.size(); ++v) {
+    for (int c = 0; c < 3; ++c) {
+      vertices[3 * v + c] = static_cast<float>(mesh.vertices[v][c] - impl_->origin[c]);
+    }
+  }
+  auto* indices = static_cast<unsigned int*>(
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                              3 * sizeof(unsigned int), std::max<size_t>(1, mesh.faces.size())));
+  std::memset(indices, 0, 3 * sizeof(unsigned int));
+  for (size_t f = 0; f < mesh.faces.size(); ++f) {
+    for (int c = 0; c < 3; ++c) indices[3 * f + c] = static_cast<unsigned int>(mesh.faces[f][c]);
+  }
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(impl_->scene, geometry);
+  rtcReleaseGeometry(geometry);
+  rtcCommitScene(impl_->scene);
+}
+
+RayCaster::~RayCaster() { rtcReleaseScene(impl_->scene); }
+
+cv::Mat1i RayCaster::FacetMap(const Camera& camera) const {
+  cv::Mat1i facets(camera.height, camera.width, -1);
+  const Eigen::Vector3f center = (camera.Center() - impl_->origin).cast<float>();
+  ParallelFor(camera.height, kRowGrain, [&](int begin, int end) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    for (int y = begin; y < end; ++y) {
+      for (int base = 0; base < camera.width; base += kPacket) {
+        alignas(32) int valid[kPacket];
+        RTCRayHit8 rays;
+        for (int lane = 0; lane < kPacket; ++lane) {
+          valid[lane] = base + lane < camera.width ? -1 : 0;
+          const Eigen::Vector3f direction = camera.Ray(base + lane + 0.5, y + 0.5).cast<float>();
+          rays.ray.org_x[lane] = center.x();
+          rays.ray.org_y[lane] = center.y();
+          rays.ray.org_z[lane] = center.z();
+          rays.ray.dir_x[lane] = direction.x();
+          rays.ray.dir_y[lane] = direction.y();
+          rays.ray.dir_z[lane] = direction.z();
+          rays.ray.tnear[lane] = 0.0F;
+          rays.ray.tfar[lane] = std::numeric_limits<float>::infinity();
+          rays.ray.time[lane] = 0.0F;
+          rays.ray.mask[lane] = ~0U;
+          rays.ray.id[lane] = 0;
+          rays.ray.flags[lane] = 0;
+          rays.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
+          rays.hit.primID[lane] = RTC_INVALID_GEOMETRY_ID;
+        }
+        rtcIntersect8(valid, impl_->scene, &context, &rays);
+        for (int lane = 0; lane < kPacket && base + lane < camera.width; ++lane) {
+          if (rays.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
+          facets(y, base + lane) = static_cast<int>(rays.hit.primID[lane]);
+        }
+      }
+    }
+  });
+  return facets;
+}
+
+std::vector<ViewDomain> RayCaster::Cast(const std::vector<Camera>& cameras,
+                                        const std::vector<CameraPair>& pairs,
+                                        double border_px) const {
+  std::vector<ViewDomain> domains(cameras.size());
+  for (size_t i = 0; i < cameras.size(); ++i) {
+    ViewDomain& domain = domains[i];
+    domain.width = cameras[i].width;
+    domain.height = cameras[i].height;
+    for (const CameraPair& pair : pairs) {
+      if (pair.reference == static_cast<int>(i)) domain.seconds.push_back(pair.second);
+    }
+    if (domain.seconds.empty()) {
+      domain.start.assign(1, 0);
+      continue;
+    }
+    cv::Mat1i facet_map = FacetMap(cameras[i]);
+    const std::vector<uint8_t> faces_camera = impl_->FacesTarget(cameras[i].Center());
+    for (int& facet : facet_map) {
+      if (facet >= 0 && faces_camera[facet] == 0) facet = -1;
+    }
+    impl_->BuildPixelLists(cameras[i], facet_map, &domain);
+    impl_->CastPairs(cameras, static_cast<int>(i), facet_map, border_px, &domain);
+  }
+  return domains;
+}
+
+void RayCaster::PointsVisible(const Eigen::Vector3d& center,
+                              const std::vector<Eigen::Vector3d>& points,
+                              const std::vector<int>& facets, std::vector<uint8_t>* visible) const {
+  const std::vector<uint8_t> faces_target = impl_->FacesTarget(center);
+  visible->resize(points.size());
+  ParallelFor(static_cast<int>(points.size()), kPointGrain, [&](int begin, int end) {
+    impl_->CastOcclusion(center, faces_target, points.data() + begin, facets.data() + begin,
+                         end - begin, visible->data() + begin);
+  });
+}
+
+}  // namespace burin

@@ -1,0 +1,79 @@
+// Which facet each pixel sees, and which of those surface points a second view sees too: the
+// regions Omega_ij of the paper, cast with Embree and frozen while a solver runs.
+//
+// There is no depth bias. A pixel's facet is the closest hit of the ray through its centre. The
+// point X on it is visible from view j when nothing lies between X and j, where hits on X's own
+// facet and on facets that share a vertex with it and face j are not obstacles: on a consistently
+// oriented surface those cannot hide X, only rounding can make the ray touch them.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "core/camera.h"
+#include "core/mesh.h"
+#include "core/pairs.h"
+
+namespace burin {
+
+// What view i sees, as lists of pixels per facet corner.
+//
+// A pixel belongs to the corner of its facet with the largest barycentric coordinate at its surface
+// point. Corner c of the k-th visible facet owns pixel[start[3k+c]] .. pixel[start[3k+c+1]-1],
+// row-major pixel indices in ascending order.
+struct ViewDomain {
+  int width = 0;
+  int height = 0;
+  std::vector<int> facet;       // visible facets, ascending
+  std::vector<uint32_t> start;  // 3 * facet.size() + 1
+  std::vector<uint32_t> pixel;
+  std::vector<int> seconds;  // partner views j of this view, in the order of the bits below
+  // Bit b of second_visible[b / 8][p] tells whether pixel p is in Omega_ij for j = seconds[b].
+  std::vector<std::vector<uint8_t>> second_visible;
+  std::vector<int64_t> pair_pixels;  // |Omega_ij| for each of `seconds`
+};
+
+// The barycentric coordinates of the pixels of one facet in one view, divided by depth:
+//   u_k(x, y) = phi_k / t = row k of `coefficients` times (x, y, 1),   1/t = u_0 + u_1 + u_2,
+// for the surface point c + t * Ray(x, y). They are affine in the pixel, which is what makes
+// warping and differentiating cheap: with n the facet's area normal and offset = n . (V_0 - c),
+//   d(1/t)/dV_k = -u_k * n^T / offset.
+struct FacetPencil {
+  Eigen::Matrix3d coefficients;
+  double offset = 0;       // n . (V_0 - c); negative for a front-facing facet
+  Eigen::Vector3d normal;  // area normal n
+};
+FacetPencil MakeFacetPencil(const std::vector<Eigen::Vector3d>& vertices,
+                            const Eigen::Vector3i& face, const Camera& camera);
+
+class RayCaster {
+ public:
+  // Copies the mesh into an Embree scene (single precision, centred on the bounding box).
+  explicit RayCaster(const TriangleMesh& mesh);
+  ~RayCaster();
+  RayCaster(const RayCaster&) = delete;
+  RayCaster& operator=(const RayCaster&) = delete;
+
+  // Facet seen at each pixel centre, -1 for none.
+  cv::Mat1i FacetMap(const Camera& camera) const;
+
+  // Visible and front-facing facets of every view with their pixels, and Omega_ij for the given
+  // pairs. A pixel whose facet is seen from behind belongs to nothing. Omega_ij excludes points
+  // whose projection lies less than `border_px` inside view j's image or whose facet does not face
+  // j.
+  std::vector<ViewDomain> Cast(const std::vector<Camera>& cameras,
+                               const std::vector<CameraPair>& pairs, double border_px) const;
+
+  // For each of `points` (on facet facets[k]): nothing lies between it and `center`.
+  // visible[k] is 1 or 0; facets that face away from `center` give 0.
+  void PointsVisible(const Eigen::Vector3d& center, const std::vector<Eigen::Vector3d>& points,
+                     const std::vector<int>& facets, std::vector<uint8_t>* visible) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace burin

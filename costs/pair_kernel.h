@@ -1,0 +1,97 @@
+// Where pixels become a gradient: one camera pair over one tile of the reference image.
+//
+// For every pixel p of the tile in Omega_ij, with N(p) the square window, M_p the taps of N(p) in
+// Omega_ij, a = I|M_p and b = W|M_p made zero-mean, n = |M_p|, and the variance floor e^2:
+//
+//   s_a^2 = |a|^2 + n e^2,  s_b^2 = |b|^2 + n e^2,  z_p = a.b / (s_a s_b)
+//   E    = sum_p  omega_p (1 - z_p)                         omega_p = s_a^2 / (s_a^2 + n nu)
+//   dE/dW(y) = - sum_{p : y in M_p} omega_p (a(y) / (s_a s_b) - z_p b(y) / s_b^2)
+//   w(y) = sum_{p : y in M_p} omega_p / s_b^2               (the majorised Gauss-Newton weight)
+//
+// (Romanoni & Matteucci, eq. 2 with err = 1 - ZNCC; the sum runs over all windows that contain y,
+// which is what makes it the gradient of E.) W(y) = J(q(y)) with q(y) = A (x,y,1) + e s(y) in
+// homogeneous coordinates, s = 1/depth along the fixed ray of y, so that dW/ds = grad J . dq/ds =:
+// D(y) and the fields added up here are, per pixel of the reference image,
+//
+//   cost(y) += omega_y (1 - z_y),   slope(y) += dE/dW(y) D(y) = dE/ds(y),   curvature(y) += w(y)
+//   D(y)^2.
+//
+// All window sums are separable box sums streamed over rows; nothing per pair is kept. Held
+// constant: Omega_ij, the reference image, the noise constants.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "costs/spline_image.h"
+
+namespace burin {
+
+template <typename T>
+struct PairInput {
+  int width = 0;  // of the reference image
+  int height = 0;
+  const T* intensity = nullptr;      // I - offset, row-major
+  const T* inverse_depth = nullptr;  // s, row-major; any value outside the domain
+  const uint8_t* domain = nullptr;   // pixel p is in Omega_ij when domain[p] & bit
+  uint8_t bit = 1;
+  const SplineImage<T>* second = nullptr;  // J - offset
+  double warp[9] = {};                     // A, row-major: K_j R_j R_i^T K_i^-1
+  double epipole[3] = {};                  // e = K_j (R_j c_i + t_j)
+  int radius = 2;                          // window (2 radius + 1)^2
+  double variance_floor = 0;               // e^2, squared grey levels per tap
+  double reliability_noise = 0;            // nu, squared grey levels per tap; 0 switches omega to 1
+  int min_taps = 1;                        // windows with fewer taps are left out
+};
+
+// Per-pixel sums over the pairs of one reference view.
+template <typename T>
+struct PixelFields {
+  std::vector<T> cost;       // omega (1 - z) of the window centred here
+  std::vector<T> slope;      // dE/ds
+  std::vector<T> curvature;  // w D^2
+  void Reset(size_t size, bool derivatives);
+};
+
+struct Tile {
+  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  // pixels [x0, x1) x [y0, y1)
+};
+
+// Scratch of one thread, reused between tiles.
+template <typename T>
+class PairKernel {
+ public:
+  // Adds the pair's cost and, with `derivatives`, slope and curvature of the tile's pixels to
+  // `fields`. Returns the number of windows that counted (centres in the tile).
+  int64_t AddTile(const PairInput<T>& input, const Tile& tile, bool derivatives,
+                  PixelFields<T>* fields);
+
+ private:
+  void WarpRow(const PairInput<T>& input, int y, bool derivatives);
+  void SumRow(int y);
+  int64_t ScoreRow(const PairInput<T>& input, const Tile& tile, int y, bool derivatives,
+                   PixelFields<T>* fields);
+  void DifferentiateRow(const PairInput<T>& input, const Tile& tile, int y, PixelFields<T>* fields);
+  // Row y of a field; the last `ring_` rows are held.
+  T* Row(int field, int y) {
+    return rows_.data() + (static_cast<size_t>(field) * ring_ + (y - y_begin_) % ring_) * stride_;
+  }
+  char& Used(int y) { return used_[(y - y_begin_) % ring_]; }
+  T* Scratch(int index) { return scratch_.data() + index * stride_; }
+
+  int x_begin_ = 0;  // column of the reference image that element 0 of every row stands for
+  int y_begin_ = 0;  // first row of the reference image that is held
+  int columns_ = 0;
+  int ring_ = 0;
+  size_t stride_ = 0;
+  std::vector<T> rows_;
+  std::vector<T> scratch_;
+  std::vector<char> used_;  // the row has a pixel in Omega_ij
+};
+
+extern template class PairKernel<float>;
+extern template class PairKernel<double>;
+extern template struct PixelFields<float>;
+extern template struct PixelFields<double>;
+
+}  // namespace burin

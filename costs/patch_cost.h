@@ -1,0 +1,57 @@
+// The photometric energy of one vertex patch as a Ceres cost function.
+//
+// A patch is the set of pixels, in all views, whose facet corner nearest to them (largest
+// barycentric coordinate) is vertex v. Its parameter blocks are v and the vertices of its one-ring
+// facets. From the patch's cost c, gradient g and majorised Gauss-Newton matrix H
+// (costs/photometric_energy.h) it makes
+//
+//   H + delta I = L L^T,   r = [ L^-1 g / beta ; sqrt(2 c - |L^-1 g|^2 / beta^2) ],   J = [ beta
+//   L^T ; 0 ]
+//
+// so that 1/2 |r|^2 = c and J^T r = g exactly and J^T J = beta^2 (H + delta I). beta = 1 unless
+// |L^-1 g|^2 > 2 c, when beta^2 = |L^-1 g|^2 / (2 c). Any Ceres minimiser can take it from there.
+//
+// With Motion::kNormal the system is formed in the displacements along the vertex normals N_k and
+// J = d r / d h_k N_k^T, to be used with LineAlongNormal manifolds; with kFree in all coordinates.
+#pragma once
+
+#include <ceres/cost_function.h>
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "costs/photometric_energy.h"
+
+namespace burin {
+
+// Cost, gradient and majorised Gauss-Newton matrix of a patch in its own unknowns: K displacements
+// (kNormal) or 3 K coordinates (kFree), K = number of blocks.
+struct PatchSystem {
+  double cost = 0;
+  Eigen::VectorXd gradient;
+  Eigen::MatrixXd curvature;
+};
+
+class PatchCost : public ceres::CostFunction {
+ public:
+  // The energy must outlive the cost and have begun its round. `vertex` must be supported.
+  PatchCost(const PhotometricEnergy* energy, int vertex);
+
+  // Vertices in the order of the parameter blocks; the first is the patch's own.
+  const std::vector<int>& blocks() const { return blocks_; }
+  PatchSystem System() const;
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  struct IncidentFacet {
+    int facet;
+    int corner;    // of the patch's vertex
+    int local[3];  // block index of each corner
+  };
+  const PhotometricEnergy* energy_;
+  std::vector<int> blocks_;
+  std::vector<IncidentFacet> facets_;
+};
+
+}  // namespace burin

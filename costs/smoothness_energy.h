@@ -1,0 +1,40 @@
+// The smoothness energy: Laplacian residuals of costs/stencil_cost.h on every vertex.
+//
+//   E_smooth = weight / 2 * sum_v | L V |_v^2 / h_v^2,      h_v = mean length of the edges at v
+//   (frozen)
+//
+// |L V| ~ h^2/4 |Laplace(u)| for the umbrella, so that the sum approximates weight/32 * integral of
+// |Laplace(u)|^2 over the surface: it has no unit and does not depend on how finely the mesh is
+// cut. A vertex without photometric support keeps its shape instead (target L V at the start of the
+// round): what nobody sees follows its surroundings and neither shrinks nor flattens.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/energy_term.h"
+#include "core/options.h"
+#include "costs/stencil_cost.h"
+
+namespace burin {
+
+struct SmoothnessOptions {
+  std::string type = "umbrella";
+  double weight = 20;
+  void Describe(OptionSet* set);
+};
+
+class SmoothnessEnergy : public EnergyTerm {
+ public:
+  explicit SmoothnessEnergy(const SmoothnessOptions& options) : options_(options) {}
+  std::string Name() const override { return "smoothness"; }
+  void BeginRound(const RoundContext& context) override { context_ = &context; }
+  void AddResiduals(ceres::Problem* problem, std::vector<Eigen::Vector3d>* vertices) override;
+
+ private:
+  Stencil MakeStencil(int v) const;
+  SmoothnessOptions options_;
+  const RoundContext* context_ = nullptr;
+};
+
+}  // namespace burin
