@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/commands.h"
 #include "core/did_you_mean.h"
 #include "core/error.h"
 
@@ -60,6 +61,8 @@ std::string UsageMessage(const CLI::App& app, const CLI::ParseError& error) {
 int ParseAndRun(int argc, const char* const* argv) {
   CLI::App app{"burin: photometric refinement of triangle meshes", "burin"};
   app.set_version_flag("--version", "burin 0.1.0");
+  AddSynthCommand(&app);
+  AddSolversCommand(&app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& done) {  // --help, --version, --print-config

@@ -1,0 +1,21 @@
+// The commands of burin. Each Add...Command() adds one subcommand to the program's CLI11 app, with
+// its options, help and a callback that does the work once the command line has been parsed.
+// Results go to standard output and files, errors are thrown (apps/command_line.h turns them into a
+// line).
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace burin {
+
+// burin synth --output DIR [--scene NAME] [--mesh scan.obj]: a scene with exact truth as a COLMAP
+// workspace, with init.ply, truth.ply, truth_points.ply and depth/ beside it.
+void AddSynthCommand(CLI::App* program);
+
+// burin evaluate --mesh M.ply --truth T.ply: the scores of a mesh, as text or as JSON.
+void AddEvaluateCommand(CLI::App* program);
+
+// burin solvers: the strategies by name, a line each.
+void AddSolversCommand(CLI::App* program);
+
+}  // namespace burin
