@@ -244,10 +244,12 @@ class PlyScanner {
     if (property.count_type != nullptr) {
       const double value = Next(*property.count_type, element, index, copy);
       const auto left = static_cast<double>(data_.size() - at_) + 1;
-      if (value < 0 || value != std::floor(value) ||
-          value * (ascii_ ? 2 : property.type->size) > left) {
-        Fail(Where(element, index) + ": " + property.name + " has a length of " + Text(value) +
-             ", more than the file holds or not a count");
+      if (value < 0 || value != std::floor(value)) {
+        Fail(Where(element, index) + ": " + property.name + " has a length of " + Text(value));
+      }
+      if (value * (ascii_ ? 2 : property.type->size) > left) {
+        Fail(Where(element, index) + ": the file is truncated here, " + property.name +
+             " has a length of " + Text(value));
       }
       length = static_cast<std::int64_t>(value);
     }

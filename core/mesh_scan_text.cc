@@ -187,8 +187,10 @@ ScannedMesh ScanOff(const std::filesystem::path& path, const std::string& data) 
   if (mesh.face_count <= 0) fail("header: the mesh has no faces");
   // "0 0 0\n" and "3 0 0 0\n" are the shortest lines.
   const auto left = static_cast<std::int64_t>(lines.BytesLeft()) + 1;
-  if (vertex_count > left / 6) fail("header: more vertices than the file holds");
-  if (mesh.face_count > left / 2) fail("header: more faces than the file holds");
+  if (vertex_count > left / 6)
+    fail("header: " + std::to_string(vertex_count) + " vertices are more than the file holds");
+  if (mesh.face_count > left / 2)
+    fail("header: " + std::to_string(mesh.face_count) + " faces are more than the file holds");
   mesh.text =
       "OFF\n" + std::to_string(vertex_count) + " " + std::to_string(mesh.face_count) + " 0\n";
   mesh.positions.reserve(vertex_count);

@@ -17,10 +17,10 @@
 namespace burin {
 namespace {
 
-constexpr double kBackground = 25;      // grey levels
-constexpr double kOffsetPerGain = 40;   // grey levels of exposure offset per unit of gain spread
-constexpr double kTrackDropOut = 0.1;   // a view that sees a sparse point misses it this often
-constexpr int kCandidatesPerPoint = 4;  // pixels tried for each sparse point wanted
+constexpr double kBackground = 25;       // grey levels
+constexpr double kOffsetPerGain = 40;    // grey levels of exposure offset per unit of gain spread
+constexpr double kTrackDropOut = 0.1;    // a view that sees a sparse point misses it this often
+constexpr int kCandidatesPerPoint = 12;  // pixels tried for each sparse point wanted
 constexpr std::uint64_t kMaxPerPoint = 16;  // counters set aside for one point
 
 enum Stream : std::uint64_t {

@@ -66,8 +66,8 @@ struct SyntheticScene {
 // Throws InputError for options out of range and for an unusable scan (no faces, no extent).
 SyntheticScene MakeSyntheticScene(const SyntheticOptions& options, const TriangleMesh& scan = {});
 
-// Writes beside the COLMAP workspace what that format has no place for, into an existing folder:
-//   init.ply, truth.ply   meshes
+// Writes beside a COLMAP workspace what that format has no place for, into an existing folder; the
+// two meshes are WriteMesh's (init.ply, truth.ply by custom).
 //   truth_points.ply      truth_points with truth_normals
 //   depth/STEM.tiff       per view, 32-bit float, camera z in world units, 0 = no surface
 //   synth.json            every option as used, and the footprint

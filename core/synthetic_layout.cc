@@ -193,7 +193,7 @@ SyntheticLayout ScanLayout(const SyntheticOptions& options, const TriangleMesh& 
   CameraRig rig(options, 1.03 / std::sin(half_fov), {0, 0, 0});
   const int views = options.views > 0 ? options.views : 24;
   for (int k = 0; k < views; ++k) {
-    rig.Add(360.0 * k / views, k % 2 == 0 ? 22 : -8);
+    rig.Add(360.0 * k / views, k % 2 == 0 ? 14 : -6);
   }
   layout.cameras = rig.cameras();
   layout.footprint = rig.Footprint();

@@ -1,8 +1,9 @@
 #include "selection/sparse_point_pairs.h"
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <cmath>
+
+#include "selection/ranking.h"
 
 namespace burin {
 
@@ -35,19 +36,8 @@ std::vector<int> CommonPointCounts(const Scene& scene, double min_deg, double ma
 
 std::vector<CameraPair> SparsePointPairs(const Scene& scene, int per_camera, double min_deg,
                                          double max_deg) {
-  const int n = static_cast<int>(scene.views.size());
-  const std::vector<int> counts = CommonPointCounts(scene, min_deg, max_deg);
-  std::vector<CameraPair> pairs;
-  std::vector<int> order(n);
-  for (int i = 0; i < n; ++i) {
-    const int* row = counts.data() + static_cast<size_t>(i) * n;
-    for (int j = 0; j < n; ++j) order[j] = j;
-    std::stable_sort(order.begin(), order.end(), [row](int a, int b) { return row[a] > row[b]; });
-    for (int k = 0; k < per_camera && k < n && row[order[k]] > 0; ++k) {
-      pairs.push_back({i, order[k]});
-    }
-  }
-  return pairs;
+  return BestPartners(CommonPointCounts(scene, min_deg, max_deg),
+                      static_cast<int>(scene.views.size()), per_camera);
 }
 
 }  // namespace burin

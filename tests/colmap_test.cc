@@ -244,6 +244,15 @@ TEST(Colmap, FountainLoads) {
   ExpectPointsInsideTheirImages(scene);
 }
 
+TEST(Colmap, HerzJesuLoads) {
+  const fs::path workspace = RealData("herz-jesu-p8");
+  if (!fs::exists(workspace)) GTEST_SKIP() << "BURIN_SHARED_DATA has no herz-jesu-p8";
+  const Scene scene = LoadColmapScene(workspace);
+  ASSERT_EQ(scene.views.size(), 8U);
+  EXPECT_GT(scene.points.size(), 1000U);
+  ExpectPointsInsideTheirImages(scene);
+}
+
 // Against the observations that the structure-from-motion run measured: a wrong axis, a wrong pose
 // direction or half a pixel of offset would show.
 TEST(Colmap, FullSizeTextFountainReprojectsOntoItsObservations) {

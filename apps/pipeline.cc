@@ -1,0 +1,43 @@
+#include "apps/pipeline.h"
+
+#include <chrono>
+
+#include "core/error.h"
+#include "core/parallel.h"
+
+namespace burin {
+
+void PipelineOptions::Describe(OptionSet* set) {
+  pairs.Describe(set);
+  photo.Describe(set);
+  smooth.Describe(set);
+  refinement.Describe(set);
+  set->Add("run.threads", &threads, "Threads; 0 = all cores. Results do not depend on it", 0, 4096);
+}
+
+PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
+                           const PipelineOptions& options, const RefinementHooks& hooks) {
+  // Describing needs a place to point to; the copy also guards against a caller changing options.
+  PipelineOptions checked = options;
+  OptionSet set;
+  checked.Describe(&set);
+  std::string error;
+  if (!set.IsValid(&error)) throw InputError(error);
+  if (checked.photo.window % 2 == 0) {
+    throw InputError("photo.window = " + std::to_string(checked.photo.window) + ": must be odd");
+  }
+  SetThreadCount(checked.threads);
+
+  PipelineResult result;
+  const auto start = std::chrono::steady_clock::now();
+  result.selection = SelectPairs(scene, mesh, checked.pairs);
+  result.selection_seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  PhotometricEnergy photometric(checked.photo);
+  SmoothnessEnergy smoothness(checked.smooth);
+  result.mesh = Refine(scene, mesh, result.selection.pairs, checked.refinement,
+                       {&photometric, &smoothness}, hooks, &result.refinement);
+  return result;
+}
+
+}  // namespace burin

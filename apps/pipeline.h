@@ -1,0 +1,39 @@
+// From a loaded scene and mesh to a refined mesh: pair selection, the energy terms, the
+// coarse-to-fine loop. The refine command, the demo and the tests call this one function.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/mesh.h"
+#include "core/options.h"
+#include "core/refinement.h"
+#include "core/scene.h"
+#include "costs/photometric_energy.h"
+#include "costs/smoothness_energy.h"
+#include "selection/pair_selection.h"
+
+namespace burin {
+
+// Mirrors the stages; every option of a run is in here.
+struct PipelineOptions {
+  PairsOptions pairs;
+  PhotometricOptions photo;
+  SmoothnessOptions smooth;
+  RefinementOptions refinement;
+  int threads = 0;  // 0 = all cores
+  void Describe(OptionSet* set);
+};
+
+struct PipelineResult {
+  TriangleMesh mesh;
+  PairSelection selection;
+  RefinementSummary refinement;
+  double selection_seconds = 0;
+};
+
+// Throws InputError for anything wrong with scene, mesh or options.
+PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
+                           const PipelineOptions& options, const RefinementHooks& hooks = {});
+
+}  // namespace burin

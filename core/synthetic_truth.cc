@@ -1,0 +1,54 @@
+// Writing what a COLMAP workspace has no place for.
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/point_cloud_io.h"
+#include "core/synthetic.h"
+
+namespace burin {
+namespace {
+
+void WriteDepth(const std::filesystem::path& path, const cv::Mat1f& depth) {
+  WriteAtomically(path, [&](const std::filesystem::path& temporary) {
+    bool written = false;
+    try {
+      written = cv::imwrite(temporary.string(), depth);
+    } catch (const cv::Exception&) {
+      written = false;
+    }
+    if (!written) throw InputError(path, "cannot be written");
+  });
+}
+
+}  // namespace
+
+void WriteSyntheticTruth(const SyntheticScene& synthetic, const std::filesystem::path& folder) {
+  std::error_code error;
+  if (!std::filesystem::is_directory(folder, error)) throw InputError(folder, "no such folder");
+  const std::filesystem::path depth_folder = folder / "depth";
+  std::filesystem::create_directories(depth_folder, error);
+  if (error) throw InputError(depth_folder, "cannot be made: " + error.message());
+
+  WritePointCloud(folder / "truth_points.ply", {synthetic.truth_points, synthetic.truth_normals});
+  for (size_t v = 0; v < synthetic.depth.size(); ++v) {
+    std::filesystem::path name = synthetic.scene.views[v].name;
+    WriteDepth(depth_folder / name.replace_extension(".tiff"), synthetic.depth[v]);
+  }
+
+  SyntheticOptions options = synthetic.options;
+  OptionSet set;
+  options.Describe(&set);
+  nlohmann::ordered_json json;
+  for (const Option& option : set.options()) {
+    std::visit([&](const auto* value) { json["options"][option.name] = *value; }, option.value);
+  }
+  json["footprint"] = synthetic.footprint;
+  json["footprint_unit"] = "world units per pixel at the scene's centre";
+  json["depth_unit"] = "world units along the camera's z axis at pixel centres, 0 = no surface";
+  json["truth_point_count"] = synthetic.truth_points.size();
+  WriteTextAtomically(folder / "synth.json", json.dump(2) + "\n");
+}
+
+}  // namespace burin
