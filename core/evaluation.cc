@@ -1,0 +1,290 @@
+#include "core/evaluation.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <memory>
+
+#include "core/closest_point.h"
+#include "core/error.h"
+#include "core/parallel.h"
+#include "core/surface_samples.h"
+
+namespace burin {
+namespace {
+
+constexpr int kFitSamples = 50000;
+constexpr int kGrain = 1024;
+
+// A point's match on one side of the comparison.
+struct Match {
+  bool found = false;
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // unit; zero when the side has none
+  double distance = 0;                               // |a - b|
+  double signed_distance = 0;                        // by the normal; unsigned without one
+};
+
+// Nearest points of a mesh or a cloud, behind one call.
+class Side {
+ public:
+  explicit Side(const TriangleMesh& mesh) : mesh_(std::make_unique<MeshDistance>(mesh)) {}
+  explicit Side(const PointCloud& cloud)
+      : cloud_(&cloud), tree_(std::make_unique<CloudDistance>(cloud.points)) {}
+
+  Match Find(const Eigen::Vector3d& query, double max_distance) const {
+    Match match;
+    if (mesh_ != nullptr) {
+      const SurfacePoint nearest = mesh_->Find(query, max_distance);
+      match.found = nearest.face >= 0;
+      match.point = nearest.point;
+      match.normal = nearest.face_normal;
+      match.signed_distance = nearest.SignedDistance(query);
+      match.distance = nearest.distance;
+      return match;
+    }
+    const int index = tree_->Find(query, max_distance, &match.distance);
+    match.found = index >= 0;
+    if (!match.found) return match;
+    match.point = cloud_->points[index];
+    match.signed_distance = match.distance;
+    if (!cloud_->normals.empty() && cloud_->normals[index].norm() > 0) {
+      match.normal = cloud_->normals[index].normalized();
+      match.signed_distance = match.normal.dot(query - match.point);
+    }
+    return match;
+  }
+
+ private:
+  std::unique_ptr<MeshDistance> mesh_;
+  const PointCloud* cloud_ = nullptr;
+  std::unique_ptr<CloudDistance> tree_;
+};
+
+Side SideOf(const Truth& truth) { return truth.IsMesh() ? Side(truth.mesh) : Side(truth.cloud); }
+
+// Distance of each point to its match; negative when it has none.
+std::vector<double> Distances(const std::vector<Eigen::Vector3d>& points, const RigidMotion& motion,
+                              const Side& side, double max_distance, bool to_plane) {
+  std::vector<double> distances(points.size());
+  ParallelFor(static_cast<int>(points.size()), kGrain, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) {
+      const Eigen::Vector3d point = motion * points[k];
+      const Match match = side.Find(point, max_distance);
+      if (!match.found) {
+        distances[k] = -1;
+      } else if (to_plane && !match.normal.isZero(0)) {
+        distances[k] = std::abs(match.normal.dot(point - match.point));
+      } else {
+        distances[k] = match.distance;
+      }
+    }
+  });
+  return distances;
+}
+
+DistanceStatistics Statistics(const std::vector<double>& distances) {
+  DistanceStatistics statistics;
+  statistics.count = static_cast<std::int64_t>(distances.size());
+  std::vector<double> matched;
+  matched.reserve(distances.size());
+  double sum = 0;
+  double squares = 0;
+  for (const double distance : distances) {
+    if (distance < 0) continue;
+    matched.push_back(distance);
+    sum += distance;
+    squares += distance * distance;
+  }
+  statistics.matched = static_cast<std::int64_t>(matched.size());
+  if (matched.empty()) return statistics;
+  statistics.mean = sum / static_cast<double>(matched.size());
+  statistics.rmse = std::sqrt(squares / static_cast<double>(matched.size()));
+  const auto middle = matched.begin() + (matched.size() - 1) / 2;
+  std::nth_element(matched.begin(), middle, matched.end());
+  statistics.median = *middle;
+  return statistics;
+}
+
+double ShareWithin(const std::vector<double>& distances, double tau, std::int64_t of) {
+  const auto within = std::count_if(distances.begin(), distances.end(),
+                                    [&](double d) { return d >= 0 && d < tau; });
+  return of > 0 ? static_cast<double>(within) / static_cast<double>(of) : 0;
+}
+
+void CheckTruth(const Truth& truth) {
+  if (truth.IsMesh()) return;
+  if (truth.cloud.points.empty()) throw InputError("evaluation: the truth has no points");
+  if (!truth.cloud.normals.empty() && truth.cloud.normals.size() != truth.cloud.points.size()) {
+    throw InputError("evaluation: the truth has " + std::to_string(truth.cloud.points.size()) +
+                     " points and " + std::to_string(truth.cloud.normals.size()) + " normals");
+  }
+}
+
+SurfaceSamples SamplesOf(const TriangleMesh& mesh, int count, std::uint64_t seed,
+                         const std::string& name) {
+  SurfaceSamples samples = SampleSurface(mesh, count, seed);
+  if (samples.points.empty()) {
+    throw InputError("evaluation: the " + name + " has no surface (" +
+                     std::to_string(mesh.faces.size()) + " faces, area 0)");
+  }
+  return samples;
+}
+
+// The motion that lays mesh samples onto the truth.
+Alignment FitToTruth(const TriangleMesh& mesh, const Side& truth, double reach,
+                     const EvaluationOptions& options) {
+  const SurfaceSamples samples = SamplesOf(mesh, std::min(kFitSamples, options.sample_count),
+                                           static_cast<std::uint64_t>(options.seed) + 1, "mesh");
+  const PlaneOf plane_of = [&](int index, const Eigen::Vector3d& point,
+                               Eigen::Vector3d* counterpart, Eigen::Vector3d* normal) {
+    const Match match = truth.Find(point, reach);
+    *counterpart = match.point;
+    // Without normals on the truth the mesh's own plane serves; a small motion hardly turns it.
+    *normal = match.normal.isZero(0) ? samples.normals[index] : match.normal;
+    return match.found;
+  };
+  AlignmentOptions fit;
+  fit.keep_fraction = options.fit_keep;
+  Alignment alignment;
+  std::string error;
+  if (!AlignPointsToPlanes(samples.points, plane_of, fit, &alignment, &error)) {
+    throw InputError("evaluation: " + error + " (max_distance = " + std::to_string(reach) +
+                     " world units)");
+  }
+  return alignment;
+}
+
+}  // namespace
+
+void EvaluationOptions::Describe(OptionSet* set) {
+  set->Add("tau", &tau, "Distance thresholds of precision and recall, in unit, comma-separated");
+  set->Add("unit", &unit, "Length of the unit of tau and of the report, in world units", 1e-12,
+           1e12);
+  set->Add("rigid", &rigid, "Fit a rigid motion between mesh and truth before scoring");
+  set->Add("distance", &distance,
+           "Distance of a point to its match; auto is plane for clouds with normals, else point",
+           {"auto", "point", "plane"});
+  set->Add("unmatched", &unmatched,
+           "Whether mesh samples without a match count against the precision", {"count", "drop"});
+  set->Add("max_distance", &max_distance,
+           "Points further from the other surface are unmatched, in unit; 0 = 10 x the largest tau",
+           0, 1e12);
+  set->Add("sample_count", &sample_count, "Points sampled on a mesh", 100, 100000000);
+  set->Add("seed", &seed, "Of the sampling", 0, 1000000000);
+  set->Add("fit_keep", &fit_keep, "Share of the point pairs that the rigid fit keeps", 0.1, 1);
+}
+
+std::vector<double> EvaluationOptions::Thresholds() const {
+  std::vector<double> thresholds;
+  for (size_t begin = 0; begin <= tau.size();) {
+    const size_t end = std::min(tau.find(',', begin), tau.size());
+    const std::string item = tau.substr(begin, end - begin);
+    double number = 0;
+    const auto parsed = std::from_chars(item.data(), item.data() + item.size(), number);
+    if (parsed.ec != std::errc() || parsed.ptr != item.data() + item.size() ||
+        !std::isfinite(number) || number <= 0) {
+      throw InputError("tau = " + tau + ": must be positive numbers separated by commas");
+    }
+    thresholds.push_back(number * unit);
+    begin = end + 1;
+  }
+  std::sort(thresholds.begin(), thresholds.end());
+  thresholds.erase(std::unique(thresholds.begin(), thresholds.end()), thresholds.end());
+  return thresholds;
+}
+
+Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
+                        const EvaluationOptions& options) {
+  CheckTruth(truth);
+  const std::vector<double> thresholds = options.Thresholds();
+  const bool has_normals = truth.IsMesh() || !truth.cloud.normals.empty();
+  if (options.distance == "plane" && !has_normals) {
+    throw InputError("distance = plane: the truth has no normals");
+  }
+  const bool to_plane =
+      options.distance == "plane" || (options.distance == "auto" && has_normals && !truth.IsMesh());
+
+  Evaluation evaluation;
+  evaluation.vertex_count = static_cast<std::int64_t>(mesh.vertices.size());
+  evaluation.face_count = static_cast<std::int64_t>(mesh.faces.size());
+  evaluation.area = SurfaceArea(mesh);
+  evaluation.truth_is_mesh = truth.IsMesh();
+  evaluation.distance = to_plane ? "plane" : "point";
+  evaluation.unmatched = options.unmatched;
+  evaluation.unit = options.unit;
+  evaluation.max_distance =
+      options.max_distance > 0 ? options.max_distance * options.unit : 10 * thresholds.back();
+  evaluation.rigid = options.rigid;
+
+  const auto seed = static_cast<std::uint64_t>(options.seed);
+  const SurfaceSamples samples = SamplesOf(mesh, options.sample_count, seed, "mesh");
+  const Side truth_side = SideOf(truth);
+  RigidMotion truth_from_mesh;
+  if (options.rigid) {
+    const Alignment fit = FitToTruth(mesh, truth_side, 0.5 * evaluation.max_distance, options);
+    truth_from_mesh = fit.motion;
+    evaluation.mesh_from_truth = truth_from_mesh.Inverse();
+    evaluation.fit_converged = fit.converged;
+    evaluation.fit_angle_deg = truth_from_mesh.AngleDeg();
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& point : samples.points) centre += point;
+    centre /= static_cast<double>(samples.points.size());
+    evaluation.fit_shift = (truth_from_mesh * centre - centre).norm();
+  }
+
+  const std::vector<double> from_mesh =
+      Distances(samples.points, truth_from_mesh, truth_side, evaluation.max_distance, to_plane);
+  std::vector<Eigen::Vector3d> truth_samples;
+  if (truth.IsMesh()) {
+    truth_samples = SamplesOf(truth.mesh, options.sample_count, seed, "truth").points;
+  }
+  const std::vector<double> from_truth =
+      Distances(truth.IsMesh() ? truth_samples : truth.cloud.points, evaluation.mesh_from_truth,
+                Side(mesh), evaluation.max_distance, to_plane);
+
+  evaluation.accuracy = Statistics(from_mesh);
+  evaluation.completeness = Statistics(from_truth);
+  for (const double tau : thresholds) {
+    ThresholdScore score;
+    score.tau = tau;
+    score.precision = ShareWithin(
+        from_mesh, tau,
+        options.unmatched == "drop" ? evaluation.accuracy.matched : evaluation.accuracy.count);
+    score.recall = ShareWithin(from_truth, tau, evaluation.completeness.count);
+    const double sum = score.precision + score.recall;
+    score.f1 = sum > 0 ? 2 * score.precision * score.recall / sum : 0;
+    evaluation.scores.push_back(score);
+  }
+  return evaluation;
+}
+
+double RmseToTruthMesh(const TriangleMesh& mesh, const TriangleMesh& truth, int sample_count) {
+  if (!(SurfaceArea(truth) > 0)) throw InputError("evaluation: the truth has no surface");
+  const SurfaceSamples samples = SamplesOf(mesh, sample_count, 0, "mesh");
+  return Statistics(Distances(samples.points, RigidMotion(), Side(truth),
+                              std::numeric_limits<double>::infinity(), false))
+      .rmse;
+}
+
+std::vector<double> VertexErrors(const TriangleMesh& mesh, const Truth& truth,
+                                 double max_distance) {
+  CheckTruth(truth);
+  const Side side = SideOf(truth);
+  std::vector<double> errors(mesh.vertices.size());
+  ParallelFor(static_cast<int>(errors.size()), kGrain, [&](int begin, int end) {
+    for (int v = begin; v < end; ++v) {
+      const Match match = side.Find(mesh.vertices[v], max_distance);
+      errors[v] = match.found ? match.signed_distance : std::numeric_limits<double>::quiet_NaN();
+    }
+  });
+  return errors;
+}
+
+TriangleMesh Moved(const TriangleMesh& mesh, const RigidMotion& motion) {
+  TriangleMesh moved = mesh;
+  for (Eigen::Vector3d& vertex : moved.vertices) vertex = motion * vertex;
+  return moved;
+}
+
+}  // namespace burin

@@ -1,0 +1,101 @@
+#include "core/evaluation_report.h"
+
+#include <cstdarg>
+#include <cstdio>
+
+namespace burin {
+namespace {
+
+// printf into a string.
+__attribute__((format(printf, 1, 2))) std::string Format(const char* format, ...) {
+  char buffer[512];
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(buffer, sizeof(buffer), format, arguments);
+  va_end(arguments);
+  return buffer;
+}
+
+std::string StatisticsLine(const char* name, const DistanceStatistics& statistics, double unit) {
+  return Format("%-28s %10.4g %10.4g %10.4g %9.2f %12lld\n", name, statistics.median / unit,
+                statistics.mean / unit, statistics.rmse / unit, 100 * statistics.MatchedShare(),
+                static_cast<long long>(statistics.count));
+}
+
+nlohmann::json StatisticsJson(const DistanceStatistics& statistics) {
+  return {{"median", statistics.median},   {"mean", statistics.mean},
+          {"rmse", statistics.rmse},       {"count", statistics.count},
+          {"matched", statistics.matched}, {"matched_share", statistics.MatchedShare()}};
+}
+
+}  // namespace
+
+std::string EvaluationReport(const Evaluation& evaluation) {
+  const double unit = evaluation.unit;
+  std::string report =
+      Format("mesh: %lld vertices, %lld faces; truth: %s; lengths below in %g world units\n",
+             static_cast<long long>(evaluation.vertex_count),
+             static_cast<long long>(evaluation.face_count),
+             evaluation.truth_is_mesh ? "mesh" : "point cloud", unit);
+  report +=
+      Format("measured: %s distance to the nearest %s; points further than %g are unmatched\n",
+             evaluation.distance.c_str(),
+             evaluation.truth_is_mesh ? "surface point" : "truth point or surface point",
+             evaluation.max_distance / unit);
+  if (evaluation.rigid) {
+    report +=
+        Format("rigid fit: %.4f deg, %.4g at the mesh's centre%s\n", evaluation.fit_angle_deg,
+               evaluation.fit_shift / unit, evaluation.fit_converged ? "" : " (not converged)");
+  } else {
+    report += "rigid fit: none\n";
+  }
+  report += Format("\n%-28s %10s %10s %10s %9s %12s\n", "", "median", "mean", "RMSE", "matched %",
+                   "points");
+  report += StatisticsLine("accuracy (mesh to truth)", evaluation.accuracy, unit);
+  report += StatisticsLine("completeness (truth to mesh)", evaluation.completeness, unit);
+  report += Format("\n%-28s %10s %10s %10s\n", "threshold", "precision", "recall", "F1");
+  for (const ThresholdScore& score : evaluation.scores) {
+    report += Format("%-28.6g %9.2f%% %9.2f%% %9.2f%%\n", score.tau / unit, 100 * score.precision,
+                     100 * score.recall, 100 * score.f1);
+  }
+  if (evaluation.unmatched == "drop") report += "(precision over matched samples only)\n";
+  return report;
+}
+
+nlohmann::json ToJson(const Evaluation& evaluation) {
+  nlohmann::json scores = nlohmann::json::array();
+  for (const ThresholdScore& score : evaluation.scores) {
+    scores.push_back({{"tau", score.tau},
+                      {"precision", score.precision},
+                      {"recall", score.recall},
+                      {"f1", score.f1}});
+  }
+  nlohmann::json fit;  // null without a fit
+  if (evaluation.rigid) {
+    const RigidMotion& motion = evaluation.mesh_from_truth;
+    nlohmann::json rows = nlohmann::json::array();
+    for (int r = 0; r < 3; ++r) {
+      rows.push_back({motion.rotation(r, 0), motion.rotation(r, 1), motion.rotation(r, 2),
+                      motion.translation[r]});
+    }
+    fit = {{"mesh_from_truth", rows},
+           {"angle_deg", evaluation.fit_angle_deg},
+           {"shift_at_centre", evaluation.fit_shift},
+           {"converged", evaluation.fit_converged}};
+  }
+  return {{"mesh",
+           {{"vertices", evaluation.vertex_count},
+            {"faces", evaluation.face_count},
+            {"area", evaluation.area}}},
+          {"truth", evaluation.truth_is_mesh ? "mesh" : "cloud"},
+          {"distance", evaluation.distance},
+          {"unmatched", evaluation.unmatched},
+          {"unit", evaluation.unit},
+          {"max_distance", evaluation.max_distance},
+          {"rigid_fit", fit},
+          {"accuracy", StatisticsJson(evaluation.accuracy)},
+          {"completeness", StatisticsJson(evaluation.completeness)},
+          {"scores", scores}};
+}
+
+}  // namespace burin
