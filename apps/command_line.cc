@@ -62,7 +62,9 @@ int ParseAndRun(int argc, const char* const* argv) {
   CLI::App app{"burin: photometric refinement of triangle meshes", "burin"};
   app.set_version_flag("--version", "burin 0.1.0");
   AddSynthCommand(&app);
+  AddEvaluateCommand(&app);
   AddSolversCommand(&app);
+  AddOptionsCommand(&app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& done) {  // --help, --version, --print-config

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <string>
 
 namespace burin {
 
@@ -15,7 +16,16 @@ void AddSynthCommand(CLI::App* program);
 // burin evaluate --mesh M.ply --truth T.ply: the scores of a mesh, as text or as JSON.
 void AddEvaluateCommand(CLI::App* program);
 
+// burin refine SCENE_DIR --mesh M.ply --output DIR: refined.ply, summary.json and trace.csv.
+void AddRefineCommand(CLI::App* program);
+
 // burin solvers: the strategies by name, a line each.
 void AddSolversCommand(CLI::App* program);
+
+// burin options [--markdown]: every option of every command, with default and permitted values.
+void AddOptionsCommand(CLI::App* program);
+
+// What `burin options --markdown` prints and docs/options.md holds.
+std::string OptionsDocument();
 
 }  // namespace burin

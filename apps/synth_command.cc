@@ -46,6 +46,8 @@ void SynthCommand::Run() {
   std::filesystem::create_directories(folder, error);
   if (error) throw InputError(folder, "cannot be made: " + error.message());
   WriteColmapScene(synthetic.scene, folder, !text_model);
+  WriteMesh(folder / "init.ply", synthetic.init);
+  WriteMesh(folder / "truth.ply", synthetic.truth);
   WriteSyntheticTruth(synthetic, folder);
   std::cout << "wrote " << output << ": scene " << options.scene << ", "
             << synthetic.scene.views.size() << " views of " << options.width << "x"

@@ -1,0 +1,211 @@
+// The program as a user meets it: run as a process, judged by exit code, output and what it leaves.
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "apps/commands.h"
+
+namespace burin {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+std::string ReadAll(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+struct Outcome {
+  int exit_code = -1;  // -1: ended by a signal
+  std::string out;
+  std::string err;
+};
+
+// A folder of its own for each test, removed at the end.
+class CliTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (std::filesystem::path(testing::TempDir()) / "burin cli XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string In(const std::string& name) const { return (folder_ / name).string(); }
+
+  std::string Write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+    return In(name);
+  }
+
+  Outcome Run(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), BURIN_PROGRAM);
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    const std::string out = In("stdout.txt");
+    const std::string err = In("stderr.txt");
+    const pid_t child = fork();
+    if (child == 0) {
+      dup2(open("/dev/null", O_RDONLY | O_CLOEXEC), STDIN_FILENO);
+      dup2(open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600), STDOUT_FILENO);
+      dup2(open(err.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600), STDERR_FILENO);
+      execv(argv[0], argv.data());
+      _exit(127);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadAll(out), ReadAll(err)};
+  }
+
+  // Bad input: exit code 2, nothing on standard output, one line on standard error that holds
+  // each of `parts`.
+  void ExpectRefused(const std::vector<std::string>& arguments,
+                     const std::vector<std::string>& parts) const {
+    const Outcome outcome = Run(arguments);
+    const std::string shown = testing::PrintToString(arguments) + "\n" + outcome.err;
+    EXPECT_EQ(outcome.exit_code, 2) << shown;
+    EXPECT_EQ(outcome.out, "") << shown;
+    EXPECT_THAT(outcome.err, StartsWith("burin: error: ")) << shown;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << shown;
+    for (const std::string& part : parts) EXPECT_THAT(outcome.err, HasSubstr(part)) << shown;
+  }
+
+  std::filesystem::path folder_;
+};
+
+constexpr char kTriangle[] =
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+    "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+
+TEST_F(CliTest, HelpAndVersionSucceed) {
+  EXPECT_EQ(Run({"--version"}).exit_code, 0);
+  const Outcome help = Run({"--help"});
+  EXPECT_EQ(help.exit_code, 0);
+  for (const char* command : {"synth", "evaluate", "solvers", "options"}) {
+    EXPECT_THAT(help.out, HasSubstr(command));
+    const Outcome outcome = Run({command, "--help"});
+    EXPECT_EQ(outcome.exit_code, 0) << command;
+    EXPECT_EQ(outcome.err, "") << command;
+  }
+}
+
+TEST_F(CliTest, UsageErrorsAreOneLineAndExitCode2) {
+  ExpectRefused({}, {"no command given"});
+  ExpectRefused({"sinth"}, {"sinth: unknown command (did you mean synth?)"});
+  ExpectRefused({"--hepl"}, {"--hepl: unknown option (did you mean --help?)"});
+  ExpectRefused({"synth"}, {"--output", "required"});
+  ExpectRefused({"synth", "--output", In("s"), "--synth.veiws", "3"},
+                {"--synth.veiws: unknown option (did you mean --synth.views?)"});
+  ExpectRefused({"synth", "--output", In("s"), "stray"}, {"stray: unexpected argument"});
+  ExpectRefused({"synth", "--output"}, {"--output"});
+  ExpectRefused({"synth", "--output", In("s"), "--scene", "relief", "--synth.scene", "scan"},
+                {"--scene"});
+  ExpectRefused({"synth\nsecond line"}, {"unknown command"});
+}
+
+TEST_F(CliTest, OptionsOutOfRangeNameFlagAndConstraint) {
+  ExpectRefused({"synth", "--output", In("s"), "--synth.width", "0"},
+                {"--synth.width 0: must be a whole number in [16, 8192]"});
+  ExpectRefused({"synth", "--output", In("s"), "--scene", "nonesuch"},
+                {"--synth.scene nonesuch: must be one of relief, occluders, scan"});
+  ExpectRefused({"synth", "--output", In("s"), "--synth.seed", "1.5"}, {"whole number"});
+  ExpectRefused({"evaluate", "--mesh", "m.ply", "--truth", "t.ply", "--tau", "5,x"}, {"tau"});
+  EXPECT_FALSE(std::filesystem::exists(In("s")));
+}
+
+TEST_F(CliTest, ConfigErrorsNameFileLineAndKey) {
+  const std::string config = Write("run.toml", "# a run\n[synth]\nwieght = 3\n");
+  ExpectRefused({"synth", "--output", In("s"), "--config", config},
+                {"run.toml:3: synth.wieght: unknown option"});
+  ExpectRefused({"synth", "--output", In("s"), "--config", In("none.toml")},
+                {"none.toml", "No such file"});
+  EXPECT_FALSE(std::filesystem::exists(In("s")));
+}
+
+TEST_F(CliTest, PrintedConfigReadsBackToItself) {
+  const Outcome first =
+      Run({"synth", "--synth.views", "5", "--scene", "occluders", "--print-config"});
+  EXPECT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_THAT(first.out, HasSubstr("views = 5\n"));
+  EXPECT_THAT(first.out, HasSubstr("scene = \"occluders\"\n"));
+  const Outcome second = Run({"synth", "--config", Write("c.toml", first.out), "--print-config"});
+  EXPECT_EQ(second.exit_code, 0) << second.err;
+  EXPECT_EQ(second.out, first.out);
+}
+
+TEST_F(CliTest, UnreadableMeshesAreRefused) {
+  const std::string triangle = Write("triangle.ply", kTriangle);
+  ExpectRefused({"evaluate", "--mesh", In("none.ply"), "--truth", triangle}, {"none.ply"});
+  ExpectRefused({"evaluate", "--mesh", triangle, "--truth", In("none.ply")}, {"none.ply"});
+  const std::string cut = Write("cut.ply", std::string(kTriangle).substr(0, 170));
+  ExpectRefused({"evaluate", "--mesh", cut, "--truth", triangle}, {"cut.ply"});
+  ExpectRefused({"evaluate", "--mesh", triangle, "--truth", cut}, {"cut.ply"});
+  ExpectRefused({"evaluate", "--mesh", Write("empty.ply", ""), "--truth", triangle}, {"empty.ply"});
+  ExpectRefused({"evaluate", "--mesh", folder_.string(), "--truth", triangle}, {"burin cli"});
+}
+
+TEST_F(CliTest, SynthRefusesContradictions) {
+  const std::string triangle = Write("triangle.ply", kTriangle);
+  ExpectRefused({"synth", "--output", In("s"), "--scene", "scan"}, {"--mesh"});
+  ExpectRefused({"synth", "--output", In("s"), "--scene", "relief", "--mesh", triangle},
+                {"--mesh", "relief"});
+  ExpectRefused({"synth", "--output", triangle}, {"triangle.ply", "not a folder"});
+  ExpectRefused({"synth", "--output", In("s"), "--mesh", In("none.obj")}, {"none.obj"});
+  EXPECT_FALSE(std::filesystem::exists(In("s")));
+}
+
+TEST_F(CliTest, SolversAreListedALineEach) {
+  const Outcome outcome = Run({"solvers"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  for (const char* name : {"gradient_descent", "steepest_descent", "ncg", "bfgs", "lbfgs",
+                           "lm_cholesky", "lm_cgnr", "dogleg", "auto"}) {
+    EXPECT_THAT("\n" + outcome.out, HasSubstr("\n" + std::string(name) + " ")) << name;
+  }
+}
+
+TEST_F(CliTest, SynthesisedSceneScoresAsItsTruth) {
+  const Outcome synth = Run({"synth", "--output", In("scene"), "--synth.width", "96",
+                             "--synth.height", "72", "--synth.truth_point_count", "20000"});
+  ASSERT_EQ(synth.exit_code, 0) << synth.err;
+  EXPECT_EQ(synth.err, "");
+  for (const char* name : {"scene/init.ply", "scene/truth.ply", "scene/truth_points.ply",
+                           "scene/synth.json", "scene/images", "scene/sparse/cameras.bin"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder_ / name)) << name;
+  }
+  const auto f1 = [this](const std::string& mesh, const std::string& truth) {
+    const Outcome outcome = Run({"evaluate", "--mesh", In(mesh), "--truth", In(truth), "--json",
+                                 "--tau", "0.5,1", "--unit", "0.02", "--sample_count", "20000"});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out)["scores"][0]["f1"].get<double>();
+  };
+  EXPECT_GT(f1("scene/truth.ply", "scene/truth.ply"), 0.999);
+  EXPECT_GT(f1("scene/truth.ply", "scene/truth_points.ply"), 0.8);
+  EXPECT_LT(f1("scene/init.ply", "scene/truth_points.ply"), 0.8);
+  const Outcome table = Run({"evaluate", "--mesh", In("scene/init.ply"), "--truth",
+                             In("scene/truth_points.ply"), "--rigid", "--unit", "0.02"});
+  EXPECT_EQ(table.exit_code, 0) << table.err;
+  EXPECT_THAT(table.out, HasSubstr("F1"));
+}
+
+TEST(Documentation, OptionsPageIsUpToDate) {
+  EXPECT_EQ(ReadAll(std::filesystem::path(BURIN_SOURCE_DIR) / "docs/options.md"), OptionsDocument())
+      << "run: build/release/apps/burin options --markdown > docs/options.md";
+}
+
+}  // namespace
+}  // namespace burin
