@@ -61,6 +61,7 @@ std::string UsageMessage(const CLI::App& app, const CLI::ParseError& error) {
 int ParseAndRun(int argc, const char* const* argv) {
   CLI::App app{"burin: photometric refinement of triangle meshes", "burin"};
   app.set_version_flag("--version", "burin 0.1.0");
+  AddRefineCommand(&app);
   AddSynthCommand(&app);
   AddEvaluateCommand(&app);
   AddSolversCommand(&app);

@@ -96,7 +96,7 @@ TEST_F(CliTest, HelpAndVersionSucceed) {
   EXPECT_EQ(Run({"--version"}).exit_code, 0);
   const Outcome help = Run({"--help"});
   EXPECT_EQ(help.exit_code, 0);
-  for (const char* command : {"synth", "evaluate", "solvers", "options"}) {
+  for (const char* command : {"refine", "synth", "evaluate", "solvers", "options"}) {
     EXPECT_THAT(help.out, HasSubstr(command));
     const Outcome outcome = Run({command, "--help"});
     EXPECT_EQ(outcome.exit_code, 0) << command;
@@ -200,6 +200,109 @@ TEST_F(CliTest, SynthesisedSceneScoresAsItsTruth) {
                              In("scene/truth_points.ply"), "--rigid", "--unit", "0.02"});
   EXPECT_EQ(table.exit_code, 0) << table.err;
   EXPECT_THAT(table.out, HasSubstr("F1"));
+}
+
+// Every way in which a refinement can be asked for in vain, on one small scene.
+class RefineErrorsTest : public CliTest {
+ protected:
+  void SetUp() override {
+    CliTest::SetUp();
+    const Outcome synth =
+        Run({"synth", "--output", In("scene"), "--text", "--synth.width", "64", "--synth.height",
+             "48", "--synth.views", "3", "--synth.truth_point_count", "1000"});
+    ASSERT_EQ(synth.exit_code, 0) << synth.err;
+  }
+
+  void ExpectRefineRefused(const std::string& mesh, const std::vector<std::string>& parts) const {
+    ExpectRefused({"refine", In("scene"), "--mesh", mesh, "--output", In("out")}, parts);
+    EXPECT_FALSE(std::filesystem::exists(In("out")));
+  }
+
+  // Rewrites a file of the scene.
+  void Replace(const std::string& name, const std::string& from, const std::string& to) const {
+    std::string text = ReadAll(folder_ / name);
+    const size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << name;
+    Write(name, text.replace(at, from.size(), to));
+  }
+};
+
+TEST_F(RefineErrorsTest, Arguments) {
+  ExpectRefused({"refine", In("scene"), "--mesh", In("scene/init.ply")}, {"--output", "required"});
+  ExpectRefused({"refine", In("nowhere"), "--mesh", In("scene/init.ply"), "--output", In("out")},
+                {"nowhere"});
+  ExpectRefused({"refine", In("scene"), "--mesh", In("scene/init.ply"), "--output", In("out"),
+                 "--solver.type", "newton"},
+                {"--solver.type newton: must be one of"});
+  ExpectRefused(
+      {"refine", In("scene"), "--mesh", In("scene/init.ply"), "--output", In("scene/init.ply")},
+      {"init.ply", "not a folder"});
+  EXPECT_FALSE(std::filesystem::exists(In("out")));
+}
+
+TEST_F(RefineErrorsTest, Meshes) {
+  ExpectRefineRefused(In("none.ply"), {"none.ply"});
+  const std::string no_faces = "OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n";
+  ExpectRefineRefused(Write("points.off", no_faces), {"points.off", "face"});
+  ExpectRefineRefused(Write("nan.off", "OFF\n3 1 0\n0 0 0\nnan 0 0\n0 1 0\n3 0 1 2\n"),
+                      {"nan.off", "vertex 1"});
+  ExpectRefineRefused(Write("range.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n"),
+                      {"range.off", "face 0"});
+  ExpectRefineRefused(
+      Write("far.off", "OFF\n3 1 0\n900 900 900\n901 900 900\n900 901 900\n3 0 1 2\n"),
+      {"far.off"});
+}
+
+TEST_F(RefineErrorsTest, InvertedMesh) {
+  std::ofstream off(In("inverted.off"));
+  // A square across the scene that shows the cameras its back; z points from the wall to them.
+  off << "OFF\n4 2 0\n-0.8 -0.8 0\n0.8 -0.8 0\n0.8 0.8 0\n-0.8 0.8 0\n3 0 2 1\n3 0 3 2\n";
+  off.close();
+  std::ofstream upright(In("upright.off"));
+  upright << "OFF\n4 2 0\n-0.8 -0.8 0\n0.8 -0.8 0\n0.8 0.8 0\n-0.8 0.8 0\n3 0 1 2\n3 0 2 3\n";
+  upright.close();
+  const Outcome one = Run({"refine", In("scene"), "--mesh", In("inverted.off"), "--output",
+                           In("out"), "--level.count", "1", "--level.rounds", "1"});
+  const Outcome other = Run({"refine", In("scene"), "--mesh", In("upright.off"), "--output",
+                             In("out2"), "--level.count", "1", "--level.rounds", "1"});
+  const Outcome& refused = one.exit_code == 2 ? one : other;
+  const Outcome& accepted = one.exit_code == 2 ? other : one;
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("erted.off"));
+  EXPECT_EQ(accepted.exit_code, 0) << accepted.err;
+}
+
+TEST_F(RefineErrorsTest, Scenes) {
+  const std::string init = In("scene/init.ply");
+  const std::string cameras = ReadAll(folder_ / "scene/sparse/cameras.txt");
+  Replace("scene/sparse/cameras.txt", "PINHOLE 64 48", "FISHEYE 64 48");
+  ExpectRefineRefused(init, {"cameras.txt", "FISHEYE"});
+  Write("scene/sparse/cameras.txt", cameras);
+  Replace("scene/sparse/cameras.txt", "PINHOLE 64 48", "PINHOLE 64 50");
+  ExpectRefineRefused(init, {"64x48", "64x50"});
+  Write("scene/sparse/cameras.txt", cameras);
+
+  const auto image = std::filesystem::directory_iterator(folder_ / "scene/images")->path();
+  const std::string pixels = ReadAll(image);
+  std::ofstream(image, std::ios::binary) << pixels.substr(0, 40);
+  ExpectRefineRefused(init, {image.filename().string()});
+  std::filesystem::remove(image);
+  ExpectRefineRefused(init, {image.filename().string()});
+  std::ofstream(image, std::ios::binary) << pixels;
+
+  std::filesystem::remove(folder_ / "scene/sparse/images.txt");
+  ExpectRefineRefused(init, {"images.txt"});
+}
+
+TEST_F(RefineErrorsTest, NothingIsWrongWithTheSceneItself) {
+  const Outcome outcome = Run({"refine", In("scene"), "--mesh", In("scene/init.ply"), "--output",
+                               In("out"), "--level.count", "1", "--level.rounds", "1"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const char* name : {"out/refined.ply", "out/summary.json", "out/trace.csv"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder_ / name)) << name;
+  }
+  const auto summary = nlohmann::json::parse(ReadAll(folder_ / "out/summary.json"));
+  EXPECT_TRUE(summary.is_object());
 }
 
 TEST(Documentation, OptionsPageIsUpToDate) {

@@ -1,0 +1,127 @@
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "apps/commands.h"
+#include "apps/option_binding.h"
+#include "apps/pipeline.h"
+#include "apps/progress.h"
+#include "apps/run_output.h"
+#include "core/atomic_file.h"
+#include "core/colmap.h"
+#include "core/error.h"
+#include "core/mesh_io.h"
+
+namespace burin {
+namespace {
+
+struct RefineCommand {
+  PipelineOptions options;
+  OptionSet set;
+  std::string scene_path;
+  std::string mesh_path;
+  std::string output_path;
+  void Run();
+};
+
+std::string EventText(const RefinementEvent& event) {
+  std::ostringstream text;
+  text << "level " << event.level << " round " << event.round + 1 << " iteration "
+       << event.iteration.iteration << " energy " << event.iteration.energy;
+  return text.str();
+}
+
+std::string RoundText(const RoundContext& context, const TriangleMesh& mesh,
+                      const RoundSummary& round) {
+  std::ostringstream text;
+  text << "level " << (*context.views)[0].camera.width << "x" << (*context.views)[0].camera.height
+       << " round " << round.round + 1 << ": " << mesh.faces.size() << " faces, "
+       << round.pair_pixels << " pixel pairs, " << round.solve.strategy << " "
+       << round.solve.iterations << " iterations, energy "
+       << round.energy_initial["total"].get<double>() << " -> "
+       << round.energy_final["total"].get<double>();
+  return text.str();
+}
+
+void RefineCommand::Run() {
+  const auto start = std::chrono::steady_clock::now();
+  const auto seconds = [start] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
+  const std::filesystem::path folder(output_path);
+  if (std::filesystem::exists(folder) && !std::filesystem::is_directory(folder)) {
+    throw InputError(folder, "is not a folder");
+  }
+  const Scene scene = LoadColmapScene(scene_path);
+  MeshReport report;
+  const TriangleMesh mesh = ReadMesh(mesh_path, &report);
+  CheckFacing(scene, mesh, mesh_path);
+  RunInputs inputs;
+  inputs.scene_path = scene_path;
+  inputs.mesh_path = mesh_path;
+  inputs.scene = &scene;
+  inputs.mesh = &mesh;
+  inputs.mesh_report = report.Brief();
+  inputs.load_seconds = seconds();
+
+  Progress progress;
+  progress.Begin(1);
+  progress.Line("read " + std::to_string(scene.views.size()) + " views, " +
+                std::to_string(scene.points.size()) + " points; mesh: " + report.Brief());
+  std::vector<RefinementEvent> events;
+  RefinementHooks hooks;
+  hooks.on_iteration = [&](const RefinementEvent& event) {
+    events.push_back(event);
+    progress.Update(event.done, EventText(event));
+    return true;
+  };
+  hooks.on_round = [&](const RoundContext& context, const TriangleMesh& now,
+                       const RoundSummary& round) {
+    progress.Line(RoundText(context, now, round));
+  };
+  const PipelineResult result = RunPipeline(scene, mesh, options, hooks);
+  for (const std::string& warning : result.selection.warnings) {
+    progress.Line("no partner: " + warning);
+  }
+  progress.End();
+
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw InputError(folder, "cannot be made: " + error.message());
+  WriteMesh(folder / "refined.ply", result.mesh);
+  WriteTextAtomically(folder / "trace.csv", TraceCsv(events));
+  WriteTextAtomically(folder / "summary.json",
+                      SummaryJson(inputs, options, result, seconds()).dump(2) + "\n");
+  std::cout << "wrote " << (folder / "refined.ply").string() << ": " << result.mesh.vertices.size()
+            << " vertices, " << result.mesh.faces.size() << " faces; "
+            << result.selection.pairs.size() << " pairs, " << static_cast<int>(seconds() + 0.5)
+            << " s, " << static_cast<int>(PeakMemoryMib() + 0.5) << " MiB\n";
+}
+
+}  // namespace
+
+void AddRefineCommand(CLI::App* program) {
+  CLI::App* app = program->add_subcommand("refine", "refine a mesh against its photographs");
+  const auto command = std::make_shared<RefineCommand>();
+  command->options.Describe(&command->set);
+  app->add_option("scene", command->scene_path,
+                  "COLMAP workspace: images/ and sparse/ or sparse/0/, text or binary")
+      ->option_text("SCENE_DIR (required)")
+      ->required();
+  app->add_option("--mesh", command->mesh_path, "mesh to start from: PLY, OBJ or OFF")
+      ->option_text("FILE (required)")
+      ->required();
+  app->add_option("--output", command->output_path,
+                  "folder for refined.ply, summary.json and trace.csv")
+      ->option_text("DIR (required)")
+      ->required();
+  BindOptions(&command->set, app);
+  app->callback([command] { command->Run(); });
+}
+
+}  // namespace burin

@@ -1,0 +1,42 @@
+// What a refinement leaves behind beside the mesh: summary.json, from which a run can be repeated and
+// judged, and trace.csv, a line an iteration.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "apps/pipeline.h"
+
+namespace burin {
+
+// Versions of burin and of the libraries it runs with.
+nlohmann::ordered_json VersionsJson();
+
+// Peak resident memory of this process, MiB.
+double PeakMemoryMib();
+
+struct RunInputs {
+  std::string command_line;
+  std::string scene_path;
+  std::string mesh_path;
+  const Scene* scene = nullptr;
+  const TriangleMesh* mesh = nullptr;
+  std::string mesh_report;  // one line of checks
+  double load_seconds = 0;
+};
+
+// Everything about a finished run. `total_seconds` includes reading and writing.
+nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOptions& options,
+                                   const PipelineResult& result, double total_seconds);
+
+// CSV text: level,round,iteration,energy,gradient_max,step_norm,accepted,linear_iterations,seconds
+std::string TraceCsv(const std::vector<RefinementEvent>& events);
+
+// Area-weighted share of front-facing (facet, view) incidences of the mesh; below one half the mesh is
+// inside out for these cameras. Throws InputError then, naming the mesh file.
+void CheckFacing(const Scene& scene, const TriangleMesh& mesh,
+                 const std::filesystem::path& mesh_path);
+
+}  // namespace burin
