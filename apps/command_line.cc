@@ -60,8 +60,12 @@ std::string UsageMessage(const CLI::App& app, const CLI::ParseError& error) {
 
 int ParseAndRun(int argc, const char* const* argv) {
   CLI::App app{"burin: photometric refinement of triangle meshes", "burin"};
-  AddRefineCommand(&app);
   app.set_version_flag("--version", "burin 0.1.0");
+  AddRefineCommand(&app);
+  AddSynthCommand(&app);
+  AddEvaluateCommand(&app);
+  AddSolversCommand(&app);
+  AddOptionsCommand(&app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& done) {  // --help, --version, --print-config

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <string>
 
 namespace burin {
 
@@ -20,5 +21,11 @@ void AddRefineCommand(CLI::App* program);
 
 // burin solvers: the strategies by name, a line each.
 void AddSolversCommand(CLI::App* program);
+
+// burin options [--markdown]: every option of every command, with default and permitted values.
+void AddOptionsCommand(CLI::App* program);
+
+// What `burin options --markdown` prints and docs/options.md holds.
+std::string OptionsDocument();
 
 }  // namespace burin

@@ -26,7 +26,7 @@ std::vector<std::string> Groups(const OptionSet& set) {
 }
 
 std::string Placeholder(const Option& option) {
-  if (std::holds_alternative<bool*>(option.value)) return "true|false";
+  if (std::holds_alternative<bool*>(option.value)) return "[true|false]";
   if (std::holds_alternative<int*>(option.value)) return "INTEGER";
   if (std::holds_alternative<double*>(option.value)) return "NUMBER";
   return option.choices.empty() ? "TEXT" : "NAME";
@@ -69,19 +69,20 @@ void BindOptions(OptionSet* set, CLI::App* app,
   for (size_t i = 0; i < set->options().size(); ++i) {
     const Option& option = set->options()[i];
     const auto short_flag = short_flags.find(option.name);
-    app->add_option_function<std::string>(
-           (short_flag == short_flags.end() ? "" : short_flag->second + ",") + "--" + option.name,
-           [set, i](const std::string& text) {
-             Option& target = set->options()[i];
-             std::string ignored;
-             if (!target.Set(text, &ignored)) {
-               throw InputError("--" + target.name + " " + text + ": must be " +
-                                target.Constraint());
-             }
-           },
-           Description(option))
-        ->option_text(Placeholder(option))
-        ->group(GroupOf(option));
+    CLI::Option* flag = app->add_option_function<std::string>(
+        (short_flag == short_flags.end() ? "" : short_flag->second + ",") + "--" + option.name,
+        [set, i](const std::string& text) {
+          Option& target = set->options()[i];
+          std::string ignored;
+          if (!target.Set(text, &ignored)) {
+            throw InputError("--" + target.name + " " + text + ": must be " + target.Constraint());
+          }
+        },
+        Description(option));
+    flag->option_text(Placeholder(option))->group(GroupOf(option));
+    // "--rigid" alone means "--rigid true"; what follows is taken as its value only when it is not
+    // needed as a positional argument.
+    if (std::holds_alternative<bool*>(option.value)) flag->expected(0, 1)->default_str("true");
   }
 
   app->add_flag_callback(

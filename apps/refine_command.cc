@@ -97,11 +97,10 @@ void RefineCommand::Run() {
   WriteTextAtomically(folder / "trace.csv", TraceCsv(events));
   WriteTextAtomically(folder / "summary.json",
                       SummaryJson(inputs, options, result, seconds()).dump(2) + "\n");
-  std::cout << "wrote " << (folder / "refined.ply").string() << ": "
-            << result.mesh.vertices.size() << " vertices, " << result.mesh.faces.size()
-            << " faces; " << result.selection.pairs.size() << " pairs, "
-            << static_cast<int>(seconds() + 0.5) << " s, "
-            << static_cast<int>(PeakMemoryMib() + 0.5) << " MiB\n";
+  std::cout << "wrote " << (folder / "refined.ply").string() << ": " << result.mesh.vertices.size()
+            << " vertices, " << result.mesh.faces.size() << " faces; "
+            << result.selection.pairs.size() << " pairs, " << static_cast<int>(seconds() + 0.5)
+            << " s, " << static_cast<int>(PeakMemoryMib() + 0.5) << " MiB\n";
 }
 
 }  // namespace

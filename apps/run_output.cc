@@ -46,14 +46,14 @@ nlohmann::ordered_json RoundJson(const RoundSummary& round) {
 }  // namespace
 
 nlohmann::ordered_json VersionsJson() {
-  return {{"burin", "0.1.0"},
-          {"ceres", CERES_VERSION_STRING},
-          {"eigen", std::to_string(EIGEN_WORLD_VERSION) + "." +
-                        std::to_string(EIGEN_MAJOR_VERSION) + "." +
-                        std::to_string(EIGEN_MINOR_VERSION)},
-          {"opencv", CV_VERSION},
-          {"embree", RTC_VERSION_STRING},
-          {"compiler", __VERSION__}};
+  return {
+      {"burin", "0.1.0"},
+      {"ceres", CERES_VERSION_STRING},
+      {"eigen", std::to_string(EIGEN_WORLD_VERSION) + "." + std::to_string(EIGEN_MAJOR_VERSION) +
+                    "." + std::to_string(EIGEN_MINOR_VERSION)},
+      {"opencv", CV_VERSION},
+      {"embree", RTC_VERSION_STRING},
+      {"compiler", __VERSION__}};
 }
 
 double PeakMemoryMib() {
@@ -83,8 +83,8 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
                     {"footprint", result.refinement.footprint}};
   nlohmann::ordered_json pairs = nlohmann::ordered_json::array();
   for (const CameraPair& pair : result.selection.pairs) {
-    pairs.push_back({inputs.scene->views[pair.reference].name,
-                     inputs.scene->views[pair.second].name});
+    pairs.push_back(
+        {inputs.scene->views[pair.reference].name, inputs.scene->views[pair.second].name});
   }
   json["pairs"] = {{"method", result.selection.method},
                    {"count", result.selection.pairs.size()},
@@ -119,8 +119,8 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
                      {"total", total_seconds}};
   json["threads"] = ThreadCount();
   json["peak_memory_mib"] = std::round(PeakMemoryMib());
-  const bool any_round = !result.refinement.levels.empty() &&
-                         !result.refinement.levels.back().rounds.empty();
+  const bool any_round =
+      !result.refinement.levels.empty() && !result.refinement.levels.back().rounds.empty();
   json["termination"] =
       any_round ? result.refinement.levels.back().rounds.back().solve.termination : "No round ran.";
   return json;
@@ -133,9 +133,8 @@ std::string TraceCsv(const std::vector<RefinementEvent>& events) {
   for (const RefinementEvent& event : events) {
     const IterationRecord& record = event.iteration;
     csv << event.level << ',' << event.round << ',' << record.iteration << ',' << record.energy
-        << ',' << record.gradient_max << ',' << record.step_norm << ','
-        << (record.accepted ? 1 : 0) << ',' << record.linear_iterations << ','
-        << Fixed(record.seconds, 4) << '\n';
+        << ',' << record.gradient_max << ',' << record.step_norm << ',' << (record.accepted ? 1 : 0)
+        << ',' << record.linear_iterations << ',' << Fixed(record.seconds, 4) << '\n';
   }
   return csv.str();
 }

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/config.h"
@@ -188,6 +189,30 @@ TEST(OptionBinding, FlagsSetTheStruct) {
   EXPECT_EQ(options.count, 4);
   EXPECT_EQ(options.kind, "bilaplacian");
   EXPECT_EQ(options.third, -2);
+}
+
+TEST(OptionBinding, ABooleanFlagNeedsNoValue) {
+  for (const auto& [arguments, expected] : std::vector<std::pair<std::vector<std::string>, bool>>{
+           {{"--smooth.enabled"}, true},
+           {{"--smooth.enabled", "true"}, true},
+           {{"--smooth.enabled", "false"}, false},
+           {{"--smooth.enabled=false"}, false}}) {
+    SampleOptions options;
+    options.enabled = !expected;
+    Parse(&options, arguments);
+    EXPECT_EQ(options.enabled, expected) << arguments.back();
+  }
+}
+
+TEST(OptionBinding, ShortFlagsAreASecondSpelling) {
+  CLI::App app;
+  SampleOptions options;
+  OptionSet set = options.Describe();
+  BindOptions(&set, &app, {{"level.count", "--levels"}});
+  app.parse(std::vector<std::string>{"8", "--levels"});
+  EXPECT_EQ(options.count, 8);
+  EXPECT_THROW(app.parse(std::vector<std::string>{"1", "--level.count", "2", "--levels"}),
+               CLI::ParseError);
 }
 
 TEST(OptionBinding, FlagsOverrideConfigWhateverTheirOrder) {

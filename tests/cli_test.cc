@@ -1,0 +1,314 @@
+// The program as a user meets it: run as a process, judged by exit code, output and what it leaves.
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "apps/commands.h"
+
+namespace burin {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+std::string ReadAll(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+struct Outcome {
+  int exit_code = -1;  // -1: ended by a signal
+  std::string out;
+  std::string err;
+};
+
+// A folder of its own for each test, removed at the end.
+class CliTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (std::filesystem::path(testing::TempDir()) / "burin cli XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string In(const std::string& name) const { return (folder_ / name).string(); }
+
+  std::string Write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+    return In(name);
+  }
+
+  Outcome Run(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), BURIN_PROGRAM);
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    const std::string out = In("stdout.txt");
+    const std::string err = In("stderr.txt");
+    const pid_t child = fork();
+    if (child == 0) {
+      dup2(open("/dev/null", O_RDONLY | O_CLOEXEC), STDIN_FILENO);
+      dup2(open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600), STDOUT_FILENO);
+      dup2(open(err.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600), STDERR_FILENO);
+      execv(argv[0], argv.data());
+      _exit(127);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadAll(out), ReadAll(err)};
+  }
+
+  // Bad input: exit code 2, nothing on standard output, one line on standard error that holds
+  // each of `parts`.
+  void ExpectRefused(const std::vector<std::string>& arguments,
+                     const std::vector<std::string>& parts) const {
+    const Outcome outcome = Run(arguments);
+    const std::string shown = testing::PrintToString(arguments) + "\n" + outcome.err;
+    EXPECT_EQ(outcome.exit_code, 2) << shown;
+    EXPECT_EQ(outcome.out, "") << shown;
+    EXPECT_THAT(outcome.err, StartsWith("burin: error: ")) << shown;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << shown;
+    for (const std::string& part : parts) EXPECT_THAT(outcome.err, HasSubstr(part)) << shown;
+  }
+
+  std::filesystem::path folder_;
+};
+
+constexpr char kTriangle[] =
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+    "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+
+TEST_F(CliTest, HelpAndVersionSucceed) {
+  EXPECT_EQ(Run({"--version"}).exit_code, 0);
+  const Outcome help = Run({"--help"});
+  EXPECT_EQ(help.exit_code, 0);
+  for (const char* command : {"refine", "synth", "evaluate", "solvers", "options"}) {
+    EXPECT_THAT(help.out, HasSubstr(command));
+    const Outcome outcome = Run({command, "--help"});
+    EXPECT_EQ(outcome.exit_code, 0) << command;
+    EXPECT_EQ(outcome.err, "") << command;
+  }
+}
+
+TEST_F(CliTest, UsageErrorsAreOneLineAndExitCode2) {
+  ExpectRefused({}, {"no command given"});
+  ExpectRefused({"sinth"}, {"sinth: unknown command (did you mean synth?)"});
+  ExpectRefused({"--hepl"}, {"--hepl: unknown option (did you mean --help?)"});
+  ExpectRefused({"synth"}, {"--output", "required"});
+  ExpectRefused({"synth", "--output", In("s"), "--synth.veiws", "3"},
+                {"--synth.veiws: unknown option (did you mean --synth.views?)"});
+  ExpectRefused({"synth", "--output", In("s"), "stray"}, {"stray: unexpected argument"});
+  ExpectRefused({"synth", "--output"}, {"--output"});
+  ExpectRefused({"synth", "--output", In("s"), "--scene", "relief", "--synth.scene", "scan"},
+                {"--scene"});
+  ExpectRefused({"synth\nsecond line"}, {"unknown command"});
+}
+
+TEST_F(CliTest, OptionsOutOfRangeNameFlagAndConstraint) {
+  ExpectRefused({"synth", "--output", In("s"), "--synth.width", "0"},
+                {"--synth.width 0: must be a whole number in [16, 8192]"});
+  ExpectRefused({"synth", "--output", In("s"), "--scene", "nonesuch"},
+                {"--synth.scene nonesuch: must be one of relief, occluders, scan"});
+  ExpectRefused({"synth", "--output", In("s"), "--synth.seed", "1.5"}, {"whole number"});
+  ExpectRefused({"evaluate", "--mesh", "m.ply", "--truth", "t.ply", "--tau", "5,x"}, {"tau"});
+  EXPECT_FALSE(std::filesystem::exists(In("s")));
+}
+
+TEST_F(CliTest, ConfigErrorsNameFileLineAndKey) {
+  const std::string config = Write("run.toml", "# a run\n[synth]\nwieght = 3\n");
+  ExpectRefused({"synth", "--output", In("s"), "--config", config},
+                {"run.toml:3: synth.wieght: unknown option"});
+  ExpectRefused({"synth", "--output", In("s"), "--config", In("none.toml")},
+                {"none.toml", "No such file"});
+  EXPECT_FALSE(std::filesystem::exists(In("s")));
+}
+
+TEST_F(CliTest, PrintedConfigReadsBackToItself) {
+  const Outcome first =
+      Run({"synth", "--synth.views", "5", "--scene", "occluders", "--print-config"});
+  EXPECT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_THAT(first.out, HasSubstr("views = 5\n"));
+  EXPECT_THAT(first.out, HasSubstr("scene = \"occluders\"\n"));
+  const Outcome second = Run({"synth", "--config", Write("c.toml", first.out), "--print-config"});
+  EXPECT_EQ(second.exit_code, 0) << second.err;
+  EXPECT_EQ(second.out, first.out);
+}
+
+TEST_F(CliTest, UnreadableMeshesAreRefused) {
+  const std::string triangle = Write("triangle.ply", kTriangle);
+  ExpectRefused({"evaluate", "--mesh", In("none.ply"), "--truth", triangle}, {"none.ply"});
+  ExpectRefused({"evaluate", "--mesh", triangle, "--truth", In("none.ply")}, {"none.ply"});
+  const std::string cut = Write("cut.ply", std::string(kTriangle).substr(0, 170));
+  ExpectRefused({"evaluate", "--mesh", cut, "--truth", triangle}, {"cut.ply"});
+  ExpectRefused({"evaluate", "--mesh", triangle, "--truth", cut}, {"cut.ply"});
+  ExpectRefused({"evaluate", "--mesh", Write("empty.ply", ""), "--truth", triangle}, {"empty.ply"});
+  ExpectRefused({"evaluate", "--mesh", folder_.string(), "--truth", triangle}, {"burin cli"});
+}
+
+TEST_F(CliTest, SynthRefusesContradictions) {
+  const std::string triangle = Write("triangle.ply", kTriangle);
+  ExpectRefused({"synth", "--output", In("s"), "--scene", "scan"}, {"--mesh"});
+  ExpectRefused({"synth", "--output", In("s"), "--scene", "relief", "--mesh", triangle},
+                {"--mesh", "relief"});
+  ExpectRefused({"synth", "--output", triangle}, {"triangle.ply", "not a folder"});
+  ExpectRefused({"synth", "--output", In("s"), "--mesh", In("none.obj")}, {"none.obj"});
+  EXPECT_FALSE(std::filesystem::exists(In("s")));
+}
+
+TEST_F(CliTest, SolversAreListedALineEach) {
+  const Outcome outcome = Run({"solvers"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  for (const char* name : {"gradient_descent", "steepest_descent", "ncg", "bfgs", "lbfgs",
+                           "lm_cholesky", "lm_cgnr", "dogleg", "auto"}) {
+    EXPECT_THAT("\n" + outcome.out, HasSubstr("\n" + std::string(name) + " ")) << name;
+  }
+}
+
+TEST_F(CliTest, SynthesisedSceneScoresAsItsTruth) {
+  const Outcome synth = Run({"synth", "--output", In("scene"), "--synth.width", "96",
+                             "--synth.height", "72", "--synth.truth_point_count", "20000"});
+  ASSERT_EQ(synth.exit_code, 0) << synth.err;
+  EXPECT_EQ(synth.err, "");
+  for (const char* name : {"scene/init.ply", "scene/truth.ply", "scene/truth_points.ply",
+                           "scene/synth.json", "scene/images", "scene/sparse/cameras.bin"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder_ / name)) << name;
+  }
+  const auto f1 = [this](const std::string& mesh, const std::string& truth) {
+    const Outcome outcome = Run({"evaluate", "--mesh", In(mesh), "--truth", In(truth), "--json",
+                                 "--tau", "0.5,1", "--unit", "0.02", "--sample_count", "20000"});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out)["scores"][0]["f1"].get<double>();
+  };
+  EXPECT_GT(f1("scene/truth.ply", "scene/truth.ply"), 0.999);
+  EXPECT_GT(f1("scene/truth.ply", "scene/truth_points.ply"), 0.8);
+  EXPECT_LT(f1("scene/init.ply", "scene/truth_points.ply"), 0.8);
+  const Outcome table = Run({"evaluate", "--mesh", In("scene/init.ply"), "--truth",
+                             In("scene/truth_points.ply"), "--rigid", "--unit", "0.02"});
+  EXPECT_EQ(table.exit_code, 0) << table.err;
+  EXPECT_THAT(table.out, HasSubstr("F1"));
+}
+
+// Every way in which a refinement can be asked for in vain, on one small scene.
+class RefineErrorsTest : public CliTest {
+ protected:
+  void SetUp() override {
+    CliTest::SetUp();
+    const Outcome synth =
+        Run({"synth", "--output", In("scene"), "--text", "--synth.width", "64", "--synth.height",
+             "48", "--synth.views", "3", "--synth.truth_point_count", "1000"});
+    ASSERT_EQ(synth.exit_code, 0) << synth.err;
+  }
+
+  void ExpectRefineRefused(const std::string& mesh, const std::vector<std::string>& parts) const {
+    ExpectRefused({"refine", In("scene"), "--mesh", mesh, "--output", In("out")}, parts);
+    EXPECT_FALSE(std::filesystem::exists(In("out")));
+  }
+
+  // Rewrites a file of the scene.
+  void Replace(const std::string& name, const std::string& from, const std::string& to) const {
+    std::string text = ReadAll(folder_ / name);
+    const size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << name;
+    Write(name, text.replace(at, from.size(), to));
+  }
+};
+
+TEST_F(RefineErrorsTest, Arguments) {
+  ExpectRefused({"refine", In("scene"), "--mesh", In("scene/init.ply")}, {"--output", "required"});
+  ExpectRefused({"refine", In("nowhere"), "--mesh", In("scene/init.ply"), "--output", In("out")},
+                {"nowhere"});
+  ExpectRefused({"refine", In("scene"), "--mesh", In("scene/init.ply"), "--output", In("out"),
+                 "--solver.type", "newton"},
+                {"--solver.type newton: must be one of"});
+  ExpectRefused(
+      {"refine", In("scene"), "--mesh", In("scene/init.ply"), "--output", In("scene/init.ply")},
+      {"init.ply", "not a folder"});
+  EXPECT_FALSE(std::filesystem::exists(In("out")));
+}
+
+TEST_F(RefineErrorsTest, Meshes) {
+  ExpectRefineRefused(In("none.ply"), {"none.ply"});
+  const std::string no_faces = "OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n";
+  ExpectRefineRefused(Write("points.off", no_faces), {"points.off", "face"});
+  ExpectRefineRefused(Write("nan.off", "OFF\n3 1 0\n0 0 0\nnan 0 0\n0 1 0\n3 0 1 2\n"),
+                      {"nan.off", "vertex 1"});
+  ExpectRefineRefused(Write("range.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n"),
+                      {"range.off", "face 0"});
+  ExpectRefineRefused(
+      Write("far.off", "OFF\n3 1 0\n900 900 900\n901 900 900\n900 901 900\n3 0 1 2\n"),
+      {"far.off"});
+}
+
+TEST_F(RefineErrorsTest, InvertedMesh) {
+  std::ofstream off(In("inverted.off"));
+  // A square across the scene that shows the cameras its back; z points from the wall to them.
+  off << "OFF\n4 2 0\n-0.8 -0.8 0\n0.8 -0.8 0\n0.8 0.8 0\n-0.8 0.8 0\n3 0 2 1\n3 0 3 2\n";
+  off.close();
+  std::ofstream upright(In("upright.off"));
+  upright << "OFF\n4 2 0\n-0.8 -0.8 0\n0.8 -0.8 0\n0.8 0.8 0\n-0.8 0.8 0\n3 0 1 2\n3 0 2 3\n";
+  upright.close();
+  const Outcome one = Run({"refine", In("scene"), "--mesh", In("inverted.off"), "--output",
+                           In("out"), "--level.count", "1", "--level.rounds", "1"});
+  const Outcome other = Run({"refine", In("scene"), "--mesh", In("upright.off"), "--output",
+                             In("out2"), "--level.count", "1", "--level.rounds", "1"});
+  const Outcome& refused = one.exit_code == 2 ? one : other;
+  const Outcome& accepted = one.exit_code == 2 ? other : one;
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("erted.off"));
+  EXPECT_EQ(accepted.exit_code, 0) << accepted.err;
+}
+
+TEST_F(RefineErrorsTest, Scenes) {
+  const std::string init = In("scene/init.ply");
+  const std::string cameras = ReadAll(folder_ / "scene/sparse/cameras.txt");
+  Replace("scene/sparse/cameras.txt", "PINHOLE 64 48", "FISHEYE 64 48");
+  ExpectRefineRefused(init, {"cameras.txt", "FISHEYE"});
+  Write("scene/sparse/cameras.txt", cameras);
+  Replace("scene/sparse/cameras.txt", "PINHOLE 64 48", "PINHOLE 64 50");
+  ExpectRefineRefused(init, {"64x48", "64x50"});
+  Write("scene/sparse/cameras.txt", cameras);
+
+  const auto image = std::filesystem::directory_iterator(folder_ / "scene/images")->path();
+  const std::string pixels = ReadAll(image);
+  std::ofstream(image, std::ios::binary) << pixels.substr(0, 40);
+  ExpectRefineRefused(init, {image.filename().string()});
+  std::filesystem::remove(image);
+  ExpectRefineRefused(init, {image.filename().string()});
+  std::ofstream(image, std::ios::binary) << pixels;
+
+  std::filesystem::remove(folder_ / "scene/sparse/images.txt");
+  ExpectRefineRefused(init, {"images.txt"});
+}
+
+TEST_F(RefineErrorsTest, NothingIsWrongWithTheSceneItself) {
+  const Outcome outcome = Run({"refine", In("scene"), "--mesh", In("scene/init.ply"), "--output",
+                               In("out"), "--level.count", "1", "--level.rounds", "1"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const char* name : {"out/refined.ply", "out/summary.json", "out/trace.csv"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder_ / name)) << name;
+  }
+  const auto summary = nlohmann::json::parse(ReadAll(folder_ / "out/summary.json"));
+  EXPECT_TRUE(summary.is_object());
+}
+
+TEST(Documentation, OptionsPageIsUpToDate) {
+  EXPECT_EQ(ReadAll(std::filesystem::path(BURIN_SOURCE_DIR) / "docs/options.md"), OptionsDocument())
+      << "run: build/release/apps/burin options --markdown > docs/options.md";
+}
+
+}  // namespace
+}  // namespace burin
