@@ -17,6 +17,11 @@ namespace {
 constexpr int kPacket = 8;
 constexpr int kPointGrain = 4096;
 constexpr int kRowGrain = 16;
+constexpr int kFacetGrain = 512;
+// Occlusion rays start this share of their length away from their surface point, far below a
+// hundredth of a pixel: it spares most calls of the filter, which alone decides what the ray's
+// start may touch.
+constexpr float kRayStart = 1e-6F;
 
 // Carried by the occlusion rays of one target to the filter below.
 struct OcclusionContext {
@@ -126,7 +131,7 @@ void RayCaster::Impl::CastOcclusion(const Eigen::Vector3d& center,
       rays.dir_x[lane] = step.x();
       rays.dir_y[lane] = step.y();
       rays.dir_z[lane] = step.z();
-      rays.tnear[lane] = 0.0F;
+      rays.tnear[lane] = kRayStart;
       rays.tfar[lane] = 1.0F;
       rays.time[lane] = 0.0F;
       rays.mask[lane] = ~0U;
@@ -187,51 +192,67 @@ void RayCaster::Impl::CastPairs(const std::vector<Camera>& cameras, int view,
                                 ViewDomain* domain) const {
   const Camera& reference = cameras[view];
   const int width = reference.width;
+  const Eigen::Vector3d center_i = reference.Center();
+  // Inverse depth along the ray of every pixel, affine in the pixel for each facet; 0 = no facet.
+  cv::Mat1d inverse_depth(reference.height, width, 0.0);
+  ParallelFor(static_cast<int>(domain->facet.size()), kFacetGrain, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) {
+      const Eigen::RowVector3d row =
+          MakeFacetPencil(mesh.vertices, mesh.faces[domain->facet[k]], reference)
+              .coefficients.colwise()
+              .sum();
+      for (uint32_t n = domain->start[3 * k]; n < domain->start[3 * k + 3]; ++n) {
+        const int x = static_cast<int>(domain->pixel[n]) % width;
+        const int y = static_cast<int>(domain->pixel[n]) / width;
+        inverse_depth(y, x) = row[0] * (x + 0.5) + row[1] * (y + 0.5) + row[2];
+      }
+    }
+  });
   domain->second_visible.assign(
       (domain->seconds.size() + 7) / 8,
       std::vector<uint8_t>(static_cast<size_t>(width) * reference.height, 0));
-  const Eigen::Vector3d center_i = reference.Center();
   for (size_t b = 0; b < domain->seconds.size(); ++b) {
     const Camera& second = cameras[domain->seconds[b]];
     const Eigen::Vector3d center_j = second.Center();
     const std::vector<uint8_t> faces_second = FacesTarget(center_j);
+    const Eigen::Matrix<double, 3, 4> projection = second.ProjectionMatrix();
     std::vector<uint8_t>& plane = domain->second_visible[b / 8];
     const auto bit = static_cast<uint8_t>(1U << (b % 8));
     std::vector<int64_t> row_count(reference.height, 0);
     ParallelFor(reference.height, kRowGrain, [&](int begin, int end) {
       std::vector<Eigen::Vector3d> points;
       std::vector<int> facets;
-      std::vector<size_t> pixels;
+      std::vector<int> columns;
       std::vector<uint8_t> visible;
       for (int y = begin; y < end; ++y) {
         points.clear();
         facets.clear();
-        pixels.clear();
+        columns.clear();
+        const int* facet_row = facet_map[y];
+        const double* inverse_row = inverse_depth[y];
+        const Eigen::Vector3d row_ray = reference.Ray(0.5, y + 0.5);
+        const Eigen::Vector3d ray_step = reference.rotation.row(0).transpose() / reference.fx;
         for (int x = 0; x < width; ++x) {
-          const int f = facet_map(y, x);
-          if (f < 0 || faces_second[f] == 0) continue;
-          const Eigen::Vector3i& face = mesh.faces[f];
-          const Eigen::Vector3d direction = reference.Ray(x + 0.5, y + 0.5);
-          const Eigen::Vector3d normal = FaceAreaNormal(mesh, f);
-          const double depth =
-              normal.dot(mesh.vertices[face[0]] - center_i) / normal.dot(direction);
-          const Eigen::Vector3d point = center_i + depth * direction;
-          if (second.Depth(point) <= 0) continue;
-          const Eigen::Vector2d q = second.Project(point);
-          if (q.x() < border_px || q.y() < border_px || q.x() > second.width - border_px ||
-              q.y() > second.height - border_px) {
+          if (facet_row[x] < 0 || faces_second[facet_row[x]] == 0) continue;
+          const Eigen::Vector3d point =
+              center_i + (row_ray + static_cast<double>(x) * ray_step) / inverse_row[x];
+          const Eigen::Vector3d q = projection.leftCols<3>() * point + projection.col(3);
+          const double margin = border_px * q.z();
+          if (q.z() <= 0 || q.x() < margin || q.y() < margin ||
+              q.x() > second.width * q.z() - margin || q.y() > second.height * q.z() - margin) {
             continue;
           }
           points.push_back(point);
-          facets.push_back(f);
-          pixels.push_back(static_cast<size_t>(y) * width + x);
+          facets.push_back(facet_row[x]);
+          columns.push_back(x);
         }
         visible.resize(points.size());
         CastOcclusion(center_j, faces_second, points.data(), facets.data(),
                       static_cast<int>(points.size()), visible.data());
-        for (size_t k = 0; k < pixels.size(); ++k) {
+        const size_t first = static_cast<size_t>(y) * width;
+        for (size_t k = 0; k < columns.size(); ++k) {
           if (visible[k] == 0) continue;
-          plane[pixels[k]] |= bit;
+          plane[first + columns[k]] |= bit;
           ++row_count[y];
         }
       }
