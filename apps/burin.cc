@@ -1,6 +1,9 @@
 // The burin program.
 #include <glog/logging.h>
 
+#include <cstdio>
+#include <cstdlib>
+
 #include "apps/command_line.h"
 
 int main(int argc, char** argv) {
@@ -9,5 +12,12 @@ int main(int argc, char** argv) {
   FLAGS_logtostderr = true;
   FLAGS_minloglevel = google::GLOG_ERROR;
   google::InitGoogleLogging(argv[0]);
-  return burin::RunCommandLine(argc, argv);
+  const int code = burin::RunCommandLine(argc, argv);
+  if (code == burin::kExitFailure || code == burin::kExitOutOfMemory) {
+    // Out of threads or memory, the thread pools of the libraries can wait for ever for themselves
+    // in their destructors. Everything of burin's own has been unwound by now.
+    std::fflush(nullptr);
+    std::_Exit(code);
+  }
+  return code;
 }

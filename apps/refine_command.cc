@@ -1,20 +1,20 @@
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <sstream>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "apps/commands.h"
 #include "apps/option_binding.h"
+#include "apps/output_folder.h"
 #include "apps/pipeline.h"
 #include "apps/progress.h"
 #include "apps/run_output.h"
 #include "core/atomic_file.h"
 #include "core/colmap.h"
-#include "core/error.h"
 #include "core/mesh_io.h"
 
 namespace burin {
@@ -53,10 +53,8 @@ void RefineCommand::Run() {
   const auto seconds = [start] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   };
-  const std::filesystem::path folder(output_path);
-  if (std::filesystem::exists(folder) && !std::filesystem::is_directory(folder)) {
-    throw InputError(folder, "is not a folder");
-  }
+  const OutputFolder output(output_path);
+  const std::filesystem::path& folder = output.path();
   const Scene scene = LoadColmapScene(scene_path);
   MeshReport report;
   const TriangleMesh mesh = ReadMesh(mesh_path, &report);
@@ -90,17 +88,14 @@ void RefineCommand::Run() {
   }
   progress.End();
 
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw InputError(folder, "cannot be made: " + error.message());
   WriteMesh(folder / "refined.ply", result.mesh);
   WriteTextAtomically(folder / "trace.csv", TraceCsv(events));
   WriteTextAtomically(folder / "summary.json",
                       SummaryJson(inputs, options, result, seconds()).dump(2) + "\n");
   std::cout << "wrote " << (folder / "refined.ply").string() << ": " << result.mesh.vertices.size()
             << " vertices, " << result.mesh.faces.size() << " faces; "
-            << result.selection.pairs.size() << " pairs, " << static_cast<int>(seconds() + 0.5)
-            << " s, " << static_cast<int>(PeakMemoryMib() + 0.5) << " MiB\n";
+            << result.selection.pairs.size() << " pairs, " << std::lround(seconds()) << " s, "
+            << std::lround(PeakMemoryMib()) << " MiB\n";
 }
 
 }  // namespace

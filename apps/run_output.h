@@ -1,5 +1,5 @@
-// What a refinement leaves behind beside the mesh: summary.json, from which a run can be repeated and
-// judged, and trace.csv, a line an iteration.
+// What a refinement leaves behind beside the mesh: summary.json, from which a run can be repeated
+// and judged, and trace.csv, a line an iteration.
 #pragma once
 
 #include <filesystem>
@@ -34,8 +34,8 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
 // CSV text: level,round,iteration,energy,gradient_max,step_norm,accepted,linear_iterations,seconds
 std::string TraceCsv(const std::vector<RefinementEvent>& events);
 
-// Area-weighted share of front-facing (facet, view) incidences of the mesh; below one half the mesh is
-// inside out for these cameras. Throws InputError then, naming the mesh file.
+// Area-weighted share of front-facing (facet, view) incidences of the mesh; below one half the mesh
+// is inside out for these cameras. Throws InputError then, naming the mesh file.
 void CheckFacing(const Scene& scene, const TriangleMesh& mesh,
                  const std::filesystem::path& mesh_path);
 

@@ -2,10 +2,10 @@
 #include <iostream>
 #include <memory>
 #include <string>
-#include <system_error>
 
 #include "apps/commands.h"
 #include "apps/option_binding.h"
+#include "apps/output_folder.h"
 #include "core/colmap.h"
 #include "core/error.h"
 #include "core/mesh_io.h"
@@ -26,7 +26,6 @@ struct SynthCommand {
 };
 
 void SynthCommand::Run() {
-  const std::filesystem::path folder(output);
   if (!options.mesh_path.empty()) {
     if (scene_given && options.scene != "scan") {
       throw InputError("--mesh: only the scene scan is made from a mesh, not " + options.scene);
@@ -35,16 +34,11 @@ void SynthCommand::Run() {
   } else if (options.scene == "scan") {
     throw InputError("--mesh: the scene scan needs a mesh file");
   }
-  if (std::filesystem::exists(folder) && !std::filesystem::is_directory(folder)) {
-    throw InputError(folder, "is not a folder");
-  }
+  const OutputFolder made(output);
+  const std::filesystem::path& folder = made.path();
   TriangleMesh scan;
   if (options.scene == "scan") scan = ReadMesh(options.mesh_path);
   const SyntheticScene synthetic = MakeSyntheticScene(options, scan);
-
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw InputError(folder, "cannot be made: " + error.message());
   WriteColmapScene(synthetic.scene, folder, !text_model);
   WriteMesh(folder / "init.ply", synthetic.init);
   WriteMesh(folder / "truth.ply", synthetic.truth);

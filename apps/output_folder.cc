@@ -1,0 +1,41 @@
+#include "apps/output_folder.h"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+#include <utility>
+
+#include "core/error.h"
+
+namespace burin {
+
+OutputFolder::OutputFolder(std::filesystem::path path) : path_(std::move(path)) {
+  if (path_.empty()) throw InputError("--output: must name a folder");
+  std::error_code error;
+  for (std::filesystem::path missing = std::filesystem::absolute(path_).lexically_normal();
+       !std::filesystem::exists(missing, error) && missing.has_relative_path();
+       missing = missing.parent_path()) {
+    if (missing.has_filename()) made_.push_back(missing);
+  }
+  std::filesystem::create_directories(path_, error);
+  if (error) {
+    RemoveEmpty();
+    throw InputError(path_, "folder cannot be made: " + error.message());
+  }
+  if (access(path_.c_str(), W_OK | X_OK) != 0) {
+    throw InputError(path_, std::string("folder cannot be written to: ") + std::strerror(errno));
+  }
+}
+
+OutputFolder::~OutputFolder() { RemoveEmpty(); }
+
+void OutputFolder::RemoveEmpty() const {
+  std::error_code not_empty;
+  for (const std::filesystem::path& folder : made_) {
+    std::filesystem::remove(folder, not_empty);
+  }
+}
+
+}  // namespace burin

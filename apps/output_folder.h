@@ -1,0 +1,29 @@
+// The folder that a command writes its results to, checked before the work and not after it.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+namespace burin {
+
+class OutputFolder {
+ public:
+  // Makes the folder, with its parents, where it does not exist. Throws InputError when the path is
+  // something else, cannot be made or cannot be written to.
+  explicit OutputFolder(std::filesystem::path path);
+  // Folders that the constructor made and that are still empty are removed: a command that fails
+  // leaves nothing behind.
+  ~OutputFolder();
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  void RemoveEmpty() const;
+
+  std::filesystem::path path_;
+  std::vector<std::filesystem::path> made_;  // innermost first
+};
+
+}  // namespace burin
