@@ -88,8 +88,7 @@ void DemoCommand::Run() {
   inputs.mesh_path = (folder / "scene" / "init.ply").string();
   inputs.scene = &synthetic.scene;
   inputs.mesh = &synthetic.init;
-  nlohmann::ordered_json summary =
-      SummaryJson(inputs, options, result, progress.ElapsedSeconds());
+  nlohmann::ordered_json summary = SummaryJson(inputs, options, result, progress.ElapsedSeconds());
   const double before = RmseToTruthMesh(synthetic.init, synthetic.truth);
   const double after = RmseToTruthMesh(result.mesh, synthetic.truth);
   summary["rmse_to_truth"] = {{"before", before}, {"after", after}};
@@ -100,22 +99,20 @@ void DemoCommand::Run() {
                SideBySide({RenderShaded(synthetic.init, camera), RenderShaded(result.mesh, camera),
                            RenderShaded(synthetic.truth, camera)},
                           {"initial mesh", "refined", "truth"}));
-  const double reach = 10 * synthetic.footprint;
   ColorScale scale;
-  scale.min = -0.5 * reach;
-  scale.max = 0.5 * reach;
+  scale.min = -5 * synthetic.footprint;
+  scale.max = 5 * synthetic.footprint;
   scale.unit = synthetic.footprint;
   scale.label = "error [px]";
   Truth truth;
   truth.mesh = synthetic.truth;
   WritePicture(
       folder / "error.png",
-      SideBySide({RenderVertexScalar(synthetic.init, camera,
-                                     VertexErrors(synthetic.init, truth, reach), scale),
-                  RenderVertexScalar(result.mesh, camera, VertexErrors(result.mesh, truth, reach),
-                                     scale)},
-                 {"error before, " + Format("RMSE %.2f px", before / synthetic.footprint),
-                  "error after, " + Format("RMSE %.2f px", after / synthetic.footprint)}));
+      SideBySide(
+          {RenderVertexScalar(synthetic.init, camera, VertexErrors(synthetic.init, truth), scale),
+           RenderVertexScalar(result.mesh, camera, VertexErrors(result.mesh, truth), scale)},
+          {"error before, " + Format("RMSE %.2f px", before / synthetic.footprint),
+           "error after, " + Format("RMSE %.2f px", after / synthetic.footprint)}));
   const CameraPair& pair = result.selection.pairs.front();
   const WarpPicture residual_before = FirstPairResidual(synthetic.scene, synthetic.init, pair);
   const WarpPicture residual_after = FirstPairResidual(synthetic.scene, result.mesh, pair);
@@ -130,9 +127,9 @@ void DemoCommand::Run() {
   std::cout << Format("RMSE to truth: before %.5f, after %.5f", before, after)
             << Format(" (%.1f times smaller; %.2f px)\n", before / after,
                       after / synthetic.footprint)
-            << result.mesh.faces.size() << " faces, " << result.selection.pairs.size()
-            << " pairs, " << summary["iterations"] << " iterations, "
-            << summary["evaluations"] << " evaluations, "
+            << result.mesh.faces.size() << " faces, " << result.selection.pairs.size() << " pairs, "
+            << summary["iterations"] << " iterations, " << summary["evaluations"]
+            << " evaluations, "
             << Format("%.1f s refining, %.0f MiB\n", result.refinement.seconds, PeakMemoryMib())
             << "look at " << (folder / "shaded.png").string() << ", "
             << (folder / "error.png").string() << ", " << (folder / "residual.png").string()

@@ -16,8 +16,6 @@ constexpr double kAbsoluteDamping = 1e-9;
 // Index into CornerSums::curvature.
 constexpr int kPacked[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 
-using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
 }  // namespace
 
 PatchCost::PatchCost(const PhotometricEnergy* energy, int vertex) : energy_(energy) {
@@ -76,16 +74,15 @@ PatchSystem PatchCost::System() const {
   return system;
 }
 
-bool PatchCost::Evaluate(double const* const* /*parameters*/, double* residuals,
-                         double** jacobians) const {
-  const RoundContext& context = energy_->context();
+void PatchCost::Linearize() {
   PatchSystem system = System();
   const auto n = static_cast<int>(system.gradient.size());
   const double damping =
       kRelativeDamping * system.curvature.trace() / static_cast<double>(n) + kAbsoluteDamping;
   system.curvature.diagonal().array() += damping;
   const Eigen::LLT<Eigen::MatrixXd> factor(system.curvature);
-  if (factor.info() != Eigen::Success) return false;
+  valid_ = factor.info() == Eigen::Success;
+  if (!valid_) return;
   Eigen::VectorXd r = factor.matrixL().solve(system.gradient);
   const double squared = r.squaredNorm();
   double beta = 1;
@@ -98,25 +95,39 @@ bool PatchCost::Evaluate(double const* const* /*parameters*/, double* residuals,
       r /= beta;
     }
   }
-  Eigen::Map<Eigen::VectorXd>(residuals, n) = r;
-  residuals[n] = std::sqrt(std::max(0.0, 2 * system.cost - r.squaredNorm()));
+  residuals_.assign(r.data(), r.data() + n);
+  residuals_.push_back(std::sqrt(std::max(0.0, 2 * system.cost - r.squaredNorm())));
+  factor_.clear();
+  for (int row = 0; row < n; ++row) {
+    for (int column = 0; column <= row; ++column) {
+      factor_.push_back(beta * factor.matrixLLT()(row, column));
+    }
+  }
+}
+
+bool PatchCost::Evaluate(double const* const* /*parameters*/, double* residuals,
+                         double** jacobians) const {
+  if (!valid_) return false;
+  std::copy(residuals_.begin(), residuals_.end(), residuals);
   if (jacobians == nullptr) return true;
+  const RoundContext& context = energy_->context();
+  const auto rows = static_cast<int>(residuals_.size());
   const auto blocks = static_cast<int>(blocks_.size());
   for (int k = 0; k < blocks; ++k) {
     if (jacobians[k] == nullptr) continue;
-    Eigen::Map<RowMajorMatrix> jacobian(jacobians[k], n + 1, 3);
-    jacobian.setZero();
+    // Column u of L^T is row u of L: entries 0..u, then zeros.
+    std::fill(jacobians[k], jacobians[k] + 3 * static_cast<size_t>(rows), 0.0);
     if (context.motion == Motion::kNormal) {
       const Eigen::Vector3d& direction = context.normals[blocks_[k]];
-      // L^T is upper triangular: rows up to k are non-zero.
+      const double* column = factor_.data() + static_cast<size_t>(k) * (k + 1) / 2;
       for (int row = 0; row <= k; ++row) {
-        jacobian.row(row) = beta * factor.matrixLLT()(k, row) * direction.transpose();
+        for (int c = 0; c < 3; ++c) jacobians[k][3 * row + c] = column[row] * direction[c];
       }
     } else {
       for (int c = 0; c < 3; ++c) {
-        for (int row = 0; row <= 3 * k + c; ++row) {
-          jacobian(row, c) = beta * factor.matrixLLT()(3 * k + c, row);
-        }
+        const int unknown = 3 * k + c;
+        const double* column = factor_.data() + static_cast<size_t>(unknown) * (unknown + 1) / 2;
+        for (int row = 0; row <= unknown; ++row) jacobians[k][3 * row + c] = column[row];
       }
     }
   }

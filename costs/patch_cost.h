@@ -40,6 +40,10 @@ class PatchCost : public ceres::CostFunction {
   // Vertices in the order of the parameter blocks; the first is the patch's own.
   const std::vector<int>& blocks() const { return blocks_; }
   PatchSystem System() const;
+  // Factors the system at the energy's last evaluation with derivatives; Evaluate() hands out the result
+  // until the next call. The energy calls this for all patches in parallel before Ceres, which evaluates
+  // on one thread, reads them.
+  void Linearize();
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
@@ -52,6 +56,9 @@ class PatchCost : public ceres::CostFunction {
   const PhotometricEnergy* energy_;
   std::vector<int> blocks_;
   std::vector<IncidentFacet> facets_;
+  bool valid_ = false;
+  std::vector<double> residuals_;
+  std::vector<double> factor_;  // beta L, lower triangle row by row
 };
 
 }  // namespace burin

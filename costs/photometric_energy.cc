@@ -17,6 +17,7 @@ namespace {
 constexpr int kTileColumns = 512;
 constexpr int kTileRows = 96;
 constexpr int kFacetGrain = 512;
+constexpr int kPatchGrain = 256;
 // Subtracted from all images: keeps the squares in the window sums small in single precision.
 constexpr float kGreyOffset = 128.0F;
 
@@ -96,10 +97,12 @@ struct PhotometricEnergy::Shared {
   const RoundContext* context = nullptr;
   std::vector<std::vector<ViewTile>> tiles;  // per view
   std::vector<Eigen::Vector3d>* parameters = nullptr;
+  std::vector<PatchCost*> patches;  // owned by the round's problem
 
   std::vector<Eigen::Vector3d> positions;  // last evaluated
   bool have_energy = false;
   bool have_derivatives = false;
+  bool linearized = false;  // the patches, at `positions`
   double energy = 0;
   std::vector<CornerSums> sums;
   std::vector<Eigen::Vector3d> normals;
@@ -259,6 +262,7 @@ double PhotometricEnergy::Shared::Evaluate(const std::vector<Eigen::Vector3d>& v
   for (const CornerSums& corner : sums) energy += corner.cost;
   have_energy = true;
   have_derivatives = derivatives;
+  linearized = false;
   ++evaluations;
   seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return energy;
@@ -286,6 +290,8 @@ void PhotometricEnergy::BeginRound(const RoundContext& context) {
   for (const ViewDomain& domain : *context.domains) shared_->tiles.push_back(CutTiles(domain));
   shared_->have_energy = false;
   shared_->have_derivatives = false;
+  shared_->linearized = false;
+  shared_->patches.clear();
   shared_->evaluations = 0;
   shared_->seconds = 0;
   shared_->parameters = nullptr;
@@ -294,10 +300,12 @@ void PhotometricEnergy::BeginRound(const RoundContext& context) {
 void PhotometricEnergy::AddResiduals(ceres::Problem* problem,
                                      std::vector<Eigen::Vector3d>* vertices) {
   shared_->parameters = vertices;
+  shared_->patches.clear();
   std::vector<double*> blocks;
   for (size_t v = 0; v < vertices->size(); ++v) {
     if (shared_->context->supported[v] == 0) continue;
     auto* cost = new PatchCost(this, static_cast<int>(v));
+    shared_->patches.push_back(cost);
     blocks.clear();
     for (int block : cost->blocks()) blocks.push_back((*vertices)[block].data());
     problem->AddResidualBlock(cost, nullptr, blocks);
@@ -306,7 +314,13 @@ void PhotometricEnergy::AddResiduals(ceres::Problem* problem,
 
 void PhotometricEnergy::PrepareForEvaluation(bool /*evaluate_jacobians*/,
                                              bool /*new_evaluation_point*/) {
+  const int64_t before = shared_->evaluations;
   shared_->Evaluate(*shared_->parameters, /*derivatives=*/true);
+  if (shared_->evaluations == before && shared_->linearized) return;
+  ParallelFor(static_cast<int>(shared_->patches.size()), kPatchGrain, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) shared_->patches[k]->Linearize();
+  });
+  shared_->linearized = true;
 }
 
 double PhotometricEnergy::Evaluate(const std::vector<Eigen::Vector3d>& vertices, bool derivatives) {

@@ -1,0 +1,121 @@
+// The whole pipeline on scenes with known truth: what must fall falls, and what must not matter does not.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "apps/pipeline.h"
+#include "core/error.h"
+#include "core/evaluation.h"
+#include "core/parallel.h"
+#include "core/synthetic.h"
+
+namespace burin {
+namespace {
+
+SyntheticScene SmallRelief() {
+  SyntheticOptions options;
+  options.views = 5;
+  options.width = 240;
+  options.height = 180;
+  options.samples_per_axis = 2;
+  options.init_edge_px = 24;
+  options.relief_px = 3;
+  options.truth_point_count = 1000;
+  options.point_count = 500;
+  return MakeSyntheticScene(options);
+}
+
+const SyntheticScene& Relief() {
+  static const auto* scene = new SyntheticScene(SmallRelief());
+  return *scene;
+}
+
+double Rmse(const TriangleMesh& mesh) { return RmseToTruthMesh(mesh, Relief().truth, 20000); }
+
+TEST(Refinement, EveryStrategyLowersEnergyAndError) {
+  const double before = Rmse(Relief().init);
+  for (const Strategy& strategy : Strategies()) {
+    PipelineOptions options;
+    options.refinement.solver.type = strategy.name;
+    const PipelineResult result = RunPipeline(Relief().scene, Relief().init, options);
+    for (const LevelSummary& level : result.refinement.levels) {
+      for (const RoundSummary& round : level.rounds) {
+        EXPECT_LE(round.solve.final_energy, round.solve.initial_energy * (1 + 1e-12))
+            << strategy.name;
+        EXPECT_EQ(round.solve.strategy, strategy.name);
+      }
+    }
+    const double after = Rmse(result.mesh);
+    RecordProperty(strategy.name + "_rmse_px", std::to_string(after / Relief().footprint));
+    const bool second_order = strategy.name.rfind("lm_", 0) == 0 || strategy.name == "dogleg";
+    EXPECT_LT(after, before / (second_order ? 4 : 1.2)) << strategy.name;
+  }
+}
+
+TEST(Refinement, FreeMotionWorksToo) {
+  PipelineOptions options;
+  options.refinement.motion = "free";
+  const PipelineResult result = RunPipeline(Relief().scene, Relief().init, options);
+  EXPECT_LT(Rmse(result.mesh), Rmse(Relief().init) / 4);
+}
+
+TEST(Refinement, ScaleOfTheWorldDoesNotMatter) {
+  const PipelineOptions options;
+  const TriangleMesh reference = RunPipeline(Relief().scene, Relief().init, options).mesh;
+  const double diameter = BoundingDiagonal(reference);
+  for (const double scale : {0.01, 100.0}) {
+    Scene scene = Relief().scene;
+    for (View& view : scene.views) {
+      view.camera = view.camera.InScaledWorld(Eigen::Vector3d::Zero(), scale);
+    }
+    for (ScenePoint& point : scene.points) point.position *= scale;
+    TriangleMesh init = Relief().init;
+    for (Eigen::Vector3d& vertex : init.vertices) vertex *= scale;
+    const TriangleMesh scaled = RunPipeline(scene, init, options).mesh;
+    ASSERT_EQ(scaled.faces.size(), reference.faces.size());
+    double largest = 0;
+    for (size_t v = 0; v < reference.vertices.size(); ++v) {
+      largest = std::max(largest, (scaled.vertices[v] / scale - reference.vertices[v]).norm());
+    }
+    EXPECT_LT(largest, 1e-4 * diameter) << "scale " << scale;
+  }
+}
+
+TEST(Refinement, SameBytesForAnyNumberOfThreads) {
+  PipelineOptions options;
+  options.refinement.level.count = 2;
+  options.threads = 1;
+  const TriangleMesh one = RunPipeline(Relief().scene, Relief().init, options).mesh;
+  for (const int threads : {2, 4}) {
+    options.threads = threads;
+    const TriangleMesh many = RunPipeline(Relief().scene, Relief().init, options).mesh;
+    ASSERT_EQ(many.vertices.size(), one.vertices.size());
+    for (size_t v = 0; v < one.vertices.size(); ++v) {
+      ASSERT_EQ(many.vertices[v], one.vertices[v]) << threads << " threads, vertex " << v;
+    }
+  }
+  SetThreadCount(0);
+}
+
+TEST(Refinement, MeshOutsideEveryViewIsAnError) {
+  TriangleMesh far = Relief().init;
+  for (Eigen::Vector3d& vertex : far.vertices) vertex += Eigen::Vector3d(1000, 0, 0);
+  EXPECT_THROW(RunPipeline(Relief().scene, far, PipelineOptions()), InputError);
+}
+
+TEST(Refinement, BadOptionsAreNamed) {
+  PipelineOptions options;
+  options.photo.window = 4;
+  try {
+    RunPipeline(Relief().scene, Relief().init, options);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()), "photo.window = 4: must be odd");
+  }
+  options.photo.window = 5;
+  options.smooth.weight = -1;
+  EXPECT_THROW(RunPipeline(Relief().scene, Relief().init, options), InputError);
+}
+
+}  // namespace
+}  // namespace burin
