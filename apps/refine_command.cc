@@ -15,7 +15,10 @@
 #include "apps/run_output.h"
 #include "core/atomic_file.h"
 #include "core/colmap.h"
+#include "core/config.h"
 #include "core/mesh_io.h"
+#include "core/picture.h"
+#include "core/render.h"
 
 namespace burin {
 namespace {
@@ -26,7 +29,10 @@ struct RefineCommand {
   std::string scene_path;
   std::string mesh_path;
   std::string output_path;
+  bool pictures = false;
   void Run();
+  void WritePictures(const std::filesystem::path& folder, const Scene& scene,
+                     const TriangleMesh& before, const TriangleMesh& after) const;
 };
 
 std::string EventText(const RefinementEvent& event) {
@@ -48,6 +54,18 @@ std::string RoundText(const RoundContext& context, const TriangleMesh& mesh,
   return text.str();
 }
 
+// The middle view of the scene: its photograph and both meshes, shaded from its camera.
+void RefineCommand::WritePictures(const std::filesystem::path& folder, const Scene& scene,
+                                  const TriangleMesh& before, const TriangleMesh& after) const {
+  const View& view = scene.views[scene.views.size() / 2];
+  cv::Mat photograph;
+  view.gray.convertTo(photograph, CV_8U);
+  WritePicture(
+      folder / "before_after.png",
+      SideBySide({photograph, RenderShaded(before, view.camera), RenderShaded(after, view.camera)},
+                 {view.name, "before", "after"}));
+}
+
 void RefineCommand::Run() {
   const auto start = std::chrono::steady_clock::now();
   const auto seconds = [start] {
@@ -60,6 +78,8 @@ void RefineCommand::Run() {
   const TriangleMesh mesh = ReadMesh(mesh_path, &report);
   CheckFacing(scene, mesh, mesh_path);
   RunInputs inputs;
+  inputs.command_line = "burin refine " + scene_path + " --mesh " + mesh_path + " --output " +
+                        output_path + " --config " + (folder / "config.toml").string();
   inputs.scene_path = scene_path;
   inputs.mesh_path = mesh_path;
   inputs.scene = &scene;
@@ -90,6 +110,8 @@ void RefineCommand::Run() {
 
   WriteMesh(folder / "refined.ply", result.mesh);
   WriteTextAtomically(folder / "trace.csv", TraceCsv(events));
+  WriteTextAtomically(folder / "config.toml", ConfigText(set));
+  if (pictures) WritePictures(folder, scene, mesh, result.mesh);
   WriteTextAtomically(folder / "summary.json",
                       SummaryJson(inputs, options, result, seconds()).dump(2) + "\n");
   std::cout << "wrote " << (folder / "refined.ply").string() << ": " << result.mesh.vertices.size()
@@ -115,6 +137,8 @@ void AddRefineCommand(CLI::App* program) {
                   "folder for refined.ply, summary.json and trace.csv")
       ->option_text("DIR (required)")
       ->required();
+  app->add_flag("--pictures", command->pictures,
+                "also write before_after.png: the middle view and both meshes seen from it");
   BindOptions(&command->set, app);
   app->callback([command] { command->Run(); });
 }

@@ -19,7 +19,7 @@ namespace burin {
 struct SolverOptions {
   std::string type = "auto";
   int max_iterations = 12;           // per round
-  double function_tolerance = 1e-3;  // stop when |dE| < tolerance * E
+  double function_tolerance = 3e-4;  // stop when |dE| < tolerance * E
   int cholesky_max_unknowns = 60000;
   int cg_max_iterations = 30;  // of CGNR, per LM step
   double cg_tolerance = 0.05;  // of CGNR: eta of the truncated Newton step

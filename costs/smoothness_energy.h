@@ -20,7 +20,7 @@ namespace burin {
 
 struct SmoothnessOptions {
   std::string type = "umbrella";
-  double weight = 20;
+  double weight = 60;
   void Describe(OptionSet* set);
 };
 

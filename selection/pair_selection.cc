@@ -13,16 +13,16 @@ namespace {
 constexpr size_t kCamerasNamedInError = 5;
 
 // Why view i has no partner.
-std::string Reason(const Scene& scene, const TriangleMesh& mesh, const std::string& method,
-                   const PairsOptions& options, int i) {
+std::string Reason(const Scene& scene, const TriangleMesh& mesh, const PairSelection& selection,
+                   int i) {
   std::ostringstream range;
-  range << options.min_parallax_deg << "-" << options.max_parallax_deg << " deg";
+  range << selection.min_parallax_deg << "-" << selection.max_parallax_deg << " deg";
   const auto n = static_cast<int>(scene.views.size());
   const auto row_max = [n, i](const auto& scores) {
     return *std::max_element(scores.begin() + static_cast<long>(i) * n,
                              scores.begin() + static_cast<long>(i + 1) * n);
   };
-  if (method == "vu") {
+  if (selection.method != "mesh_parallax") {
     const auto sees =
         std::count_if(scene.points.begin(), scene.points.end(), [i](const ScenePoint& point) {
           return std::binary_search(point.views.begin(), point.views.end(), i);
@@ -50,35 +50,43 @@ std::string Reason(const Scene& scene, const TriangleMesh& mesh, const std::stri
 
 void PairsOptions::Describe(OptionSet* set) {
   set->Add("pairs.method", &method,
-           "vu: common sparse points; mesh_parallax: shared visible facets; auto: vu if there are "
-           "points",
-           {"auto", "vu", "mesh_parallax"});
+           "vu, sparse_points: common sparse points; mesh_parallax: shared visible surface; auto: "
+           "sparse_points if there are points, else mesh_parallax",
+           {"auto", "vu", "sparse_points", "mesh_parallax"});
   set->Add("pairs.per_camera", &per_camera, "Partners of each camera at most", 1, 1000);
-  set->Add("pairs.min_parallax_deg", &min_parallax_deg, "Smallest parallax that counts, degrees", 0,
+  set->Add("pairs.min_parallax_deg", &min_parallax_deg,
+           "Smallest parallax that counts, degrees; -1 = the method's own (vu 20, others 8)", -1,
            180);
-  set->Add("pairs.max_parallax_deg", &max_parallax_deg, "Largest parallax that counts, degrees", 0,
+  set->Add("pairs.max_parallax_deg", &max_parallax_deg,
+           "Largest parallax that counts, degrees; -1 = the method's own (vu 60, others 45)", -1,
            180);
 }
 
 PairSelection SelectPairs(const Scene& scene, const TriangleMesh& mesh,
                           const PairsOptions& options) {
-  if (options.min_parallax_deg >= options.max_parallax_deg) {
-    throw InputError("pairs.min_parallax_deg: must be below pairs.max_parallax_deg");
-  }
   PairSelection selection;
   selection.method = options.method;
   if (selection.method == "auto") {
-    selection.method = scene.points.empty() ? "mesh_parallax" : "vu";
+    selection.method = scene.points.empty() ? "mesh_parallax" : "sparse_points";
   }
-  if (selection.method == "vu") {
-    if (scene.points.empty()) {
-      throw InputError("pairs.method = vu: the scene has no sparse points; take mesh_parallax");
-    }
-    selection.pairs = SparsePointPairs(scene, options.per_camera, options.min_parallax_deg,
-                                       options.max_parallax_deg);
+  const bool vu = selection.method == "vu";
+  selection.min_parallax_deg =
+      options.min_parallax_deg >= 0 ? options.min_parallax_deg : (vu ? 20 : 8);
+  selection.max_parallax_deg =
+      options.max_parallax_deg >= 0 ? options.max_parallax_deg : (vu ? 60 : 45);
+  if (selection.min_parallax_deg >= selection.max_parallax_deg) {
+    throw InputError("pairs.min_parallax_deg: must be below pairs.max_parallax_deg");
+  }
+  if (selection.method == "mesh_parallax") {
+    selection.pairs = MeshParallaxPairs(scene, mesh, options.per_camera, selection.min_parallax_deg,
+                                        selection.max_parallax_deg);
   } else {
-    selection.pairs = MeshParallaxPairs(scene, mesh, options.per_camera, options.min_parallax_deg,
-                                        options.max_parallax_deg);
+    if (scene.points.empty()) {
+      throw InputError("pairs.method = " + selection.method +
+                       ": the scene has no sparse points; take mesh_parallax");
+    }
+    selection.pairs = SparsePointPairs(scene, options.per_camera, selection.min_parallax_deg,
+                                       selection.max_parallax_deg);
   }
   const auto n = static_cast<int>(scene.views.size());
   std::string error = "no camera pair: ";
@@ -89,8 +97,7 @@ PairSelection SelectPairs(const Scene& scene, const TriangleMesh& mesh,
                     [i](const CameraPair& pair) { return pair.reference == i; });
     if (has_partner) continue;
     if (selection.warnings.size() < kCamerasNamedInError || !selection.pairs.empty()) {
-      const std::string line =
-          scene.views[i].name + " " + Reason(scene, mesh, selection.method, options, i);
+      const std::string line = scene.views[i].name + " " + Reason(scene, mesh, selection, i);
       error += (named++ == 0 ? "" : "; ") + line;
       selection.warnings.push_back(line);
     }

@@ -1,4 +1,9 @@
 // The discrete step before solving: which directed camera pairs enter the photometric energy.
+//
+// Methods:
+//   vu             most common sparse points under a parallax of 20 to 60 degrees (Vu et al. 2012)
+//   sparse_points  the same under 8 to 45 degrees
+//   mesh_parallax  most shared visible surface under 8 to 45 degrees
 #pragma once
 
 #include <string>
@@ -12,15 +17,17 @@
 namespace burin {
 
 struct PairsOptions {
-  std::string method = "auto";  // vu when the scene has points, else mesh_parallax
+  std::string method = "auto";  // sparse_points when the scene has points, else mesh_parallax
   int per_camera = 4;
-  double min_parallax_deg = 20;
-  double max_parallax_deg = 60;
+  double min_parallax_deg = -1;  // -1 = the method's own: vu 20, others 8
+  double max_parallax_deg = -1;  // -1 = the method's own: vu 60, others 45
   void Describe(OptionSet* set);
 };
 
 struct PairSelection {
-  std::string method;  // the one used
+  std::string method;           // the one used
+  double min_parallax_deg = 0;  // the range used
+  double max_parallax_deg = 0;
   std::vector<CameraPair> pairs;
   std::vector<std::string> warnings;  // a line for each camera without a partner, with the reason
 };

@@ -1,0 +1,73 @@
+// Visibility against closed forms: who hides whom, and that rounding hides nothing.
+#include "core/visibility.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/test_scene.h"
+
+namespace burin {
+namespace {
+
+TEST(Visibility, PixelListsCoverTheFacetMapOnce) {
+  const TriangleMesh mesh = test::OccluderMesh();
+  const auto views = test::RandomViews(96, 80);
+  std::vector<Camera> cameras;
+  for (const auto& view : views) cameras.push_back(view.camera);
+  const RayCaster caster(mesh);
+  const auto domains = caster.Cast(cameras, {{0, 1}}, 0);
+  const cv::Mat1i map = caster.FacetMap(cameras[0]);
+  std::vector<int> owner(96 * 80, -1);
+  const ViewDomain& domain = domains[0];
+  for (size_t k = 0; k < domain.facet.size(); ++k) {
+    for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
+      EXPECT_EQ(owner[domain.pixel[n]], -1);
+      owner[domain.pixel[n]] = domain.facet[k];
+    }
+  }
+  for (int p = 0; p < 96 * 80; ++p) EXPECT_EQ(owner[p], map(p / 96, p % 96));
+}
+
+TEST(Visibility, ASingleSheetHidesNothingOfItself) {
+  // A dense smooth sheet seen from both sides of its normal: every point is visible from every
+  // camera, whatever rounding does at the many facet borders.
+  TriangleMesh mesh;
+  test::AppendGrid(&mesh, 150, 0, 0, 1.3,
+                   [](double x, double y) { return 0.05 * std::sin(3 * x) * std::cos(2 * y); });
+  const auto views = test::RandomViews(160, 120);
+  std::vector<Camera> cameras;
+  for (const auto& view : views) cameras.push_back(view.camera);
+  const auto domains = RayCaster(mesh).Cast(cameras, test::AllPairs(), -1e9);
+  for (const ViewDomain& domain : domains) {
+    for (int64_t pixels : domain.pair_pixels) {
+      EXPECT_EQ(pixels, static_cast<int64_t>(domain.pixel.size()));
+    }
+  }
+}
+
+TEST(Visibility, ShadowOfALidHasItsArea) {
+  // A lid of half side 0.2 at height 1 over a wall, cameras at height 5 on the axis and at x = 1.
+  TriangleMesh mesh;
+  test::AppendGrid(&mesh, 40, 0, 0, 2.0, [](double, double) { return 0.0; });
+  test::AppendGrid(&mesh, 2, 0, 0, 0.2, [](double, double) { return 1.0; });
+  const Camera above = test::LookAt({0, 0, 5}, {0, 0, 0}, 400, 400, 800);
+  const Camera aside = test::LookAt({1, 0, 5}, {1, 0, 0}, 800, 800, 800);
+  const auto domains = RayCaster(mesh).Cast({above, aside}, {{0, 1}}, 0);
+  // Seen from above all pixels have a facet. Hidden from aside: the part of the wall in the lid's
+  // shadow from there, a square of half side 0.25 around x = -0.25, less what the lid covers from
+  // above, half side 0.25 around 0: the overlap is 0.25 wide, so 0.25 x 0.5 remains hidden. 160 px
+  // a unit on the wall.
+  const double hidden = 0.25 * 0.5 * 160 * 160;
+  EXPECT_NEAR(400 * 400 - static_cast<double>(domains[0].pair_pixels[0]), hidden, 0.03 * hidden);
+}
+
+TEST(Visibility, FacetsSeenFromBehindAreNoPartOfTheDomain) {
+  TriangleMesh mesh;
+  test::AppendGrid(&mesh, 4, 0, 0, 1, [](double, double) { return 0.0; });
+  for (auto& face : mesh.faces) std::swap(face[1], face[2]);
+  const Camera camera = test::LookAt({0, 0, 5}, {0, 0, 0}, 64, 64, 64);
+  const auto domains = RayCaster(mesh).Cast({camera, camera}, {{0, 1}}, 0);
+  EXPECT_TRUE(domains[0].pixel.empty());
+}
+
+}  // namespace
+}  // namespace burin
