@@ -98,7 +98,7 @@ void PairKernel<T>::WarpRow(const PairInput<T>& input, int y, bool derivatives) 
   const T ey = static_cast<T>(input.epipole[1]);
   const T ez = static_cast<T>(input.epipole[2]);
   const T* __restrict depth = input.inverse_depth + first - lead;
-  const T* __restrict source = input.intensity + first - lead;
+  const float* __restrict source = input.image + first - lead;
   T* __restrict px = Scratch(0);
   T* __restrict py = Scratch(1);
   T* __restrict dx = Scratch(2);
@@ -113,7 +113,7 @@ void PairKernel<T>::WarpRow(const PairInput<T>& input, int y, bool derivatives) 
     py[x] = qy;
     dx[x] = (ex - qx * ez) * inverse;
     dy[x] = (ey - qy * ez) * inverse;
-    intensity[x] = source[x] * mask[x];
+    intensity[x] = static_cast<T>(source[x] - input.grey_offset) * mask[x];
   }
   const SplineImage<T>& second = *input.second;
   if (derivatives) {

@@ -31,7 +31,8 @@ template <typename T>
 struct PairInput {
   int width = 0;  // of the reference image
   int height = 0;
-  const T* intensity = nullptr;      // I - offset, row-major
+  const float* image = nullptr;      // I, row-major, grey levels
+  float grey_offset = 0;             // subtracted from I; the second image has it subtracted
   const T* inverse_depth = nullptr;  // s, row-major; any value outside the domain
   const uint8_t* domain = nullptr;   // pixel p is in Omega_ij when domain[p] & bit
   uint8_t bit = 1;

@@ -40,9 +40,9 @@ class PatchCost : public ceres::CostFunction {
   // Vertices in the order of the parameter blocks; the first is the patch's own.
   const std::vector<int>& blocks() const { return blocks_; }
   PatchSystem System() const;
-  // Factors the system at the energy's last evaluation with derivatives; Evaluate() hands out the result
-  // until the next call. The energy calls this for all patches in parallel before Ceres, which evaluates
-  // on one thread, reads them.
+  // Factors the system at the energy's last evaluation with derivatives; Evaluate() hands out the
+  // result until the next call. The energy calls this for all patches in parallel before Ceres,
+  // which evaluates on one thread, reads them.
   void Linearize();
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;

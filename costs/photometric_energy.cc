@@ -117,20 +117,11 @@ struct PhotometricEnergy::State : public PhotometricEnergy::Shared {
 
   void BeginLevel() override {
     splines.clear();
-    intensities.clear();
     splines.resize(views->size());
-    intensities.resize(views->size());
     ParallelFor(static_cast<int>(views->size()), 1, [&](int begin, int end) {
       for (int i = begin; i < end; ++i) {
-        const cv::Mat1f& image = (*views)[i].image;
-        splines[i] = SplineImage<T>(image, T(kGreyOffset));
-        intensities[i].resize(image.total());
-        for (int y = 0; y < image.rows; ++y) {
-          for (int x = 0; x < image.cols; ++x) {
-            intensities[i][static_cast<size_t>(y) * image.cols + x] =
-                static_cast<T>(image(y, x)) - T(kGreyOffset);
-          }
-        }
+        CHECK((*views)[i].image.isContinuous());
+        splines[i] = SplineImage<T>((*views)[i].image, T(kGreyOffset));
       }
     });
   }
@@ -163,7 +154,8 @@ struct PhotometricEnergy::State : public PhotometricEnergy::Shared {
       PairInput<T>& input = inputs[b];
       input.width = domain.width;
       input.height = domain.height;
-      input.intensity = intensities[view].data();
+      input.image = (*views)[view].image[0];
+      input.grey_offset = kGreyOffset;
       input.inverse_depth = inverse_depth.data();
       input.domain = domain.second_visible[b / 8].data();
       input.bit = static_cast<uint8_t>(1U << (b % 8));
@@ -230,7 +222,6 @@ struct PhotometricEnergy::State : public PhotometricEnergy::Shared {
   }
 
   std::vector<SplineImage<T>> splines;
-  std::vector<std::vector<T>> intensities;
   // Of the view in work.
   std::vector<FacetPencil> pencils;
   std::vector<T> inverse_depth;

@@ -1,5 +1,5 @@
-// Pictures of what the photometric energy measures: the second image warped through the surface into the
-// reference, and what remains of the difference.
+// Pictures of what the photometric energy measures: the second image warped through the surface
+// into the reference, and what remains of the difference.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -9,9 +9,9 @@
 namespace burin {
 
 struct WarpPicture {
-  cv::Mat1f warped;        // W, grey levels; 0 where the pixel is not in Omega_ij
-  cv::Mat1b valid;         // 255 in Omega_ij
-  cv::Mat1f residual;      // |I - (gain W + offset)|, gain and offset fitted over Omega_ij
+  cv::Mat1f warped;          // W, grey levels; 0 where the pixel is not in Omega_ij
+  cv::Mat1b valid;           // 255 in Omega_ij
+  cv::Mat1f residual;        // |I - (gain W + offset)|, gain and offset fitted over Omega_ij
   double mean_residual = 0;  // over Omega_ij, grey levels; 0 when it is empty
 };
 
