@@ -1,4 +1,5 @@
-// The whole pipeline on scenes with known truth: what must fall falls, and what must not matter does not.
+// The whole pipeline on scenes with known truth: what must fall falls, and what must not matter
+// does not.
 #include <gtest/gtest.h>
 
 #include <cmath>
