@@ -192,6 +192,7 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
     level_summary.image_seconds = image_watch.Seconds();
     Stopwatch subdivide_watch;
     std::vector<Camera> cameras;
+    cameras.reserve(views.size());
     for (const LevelView& view : views) cameras.push_back(view.camera);
     SubdivisionOptions subdivision;
     subdivision.max_facet_px = options.level.max_facet_px;

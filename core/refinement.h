@@ -82,9 +82,9 @@ struct RefinementHooks {
   std::function<void(const RoundContext&, const TriangleMesh&, const RoundSummary&)> on_round;
 };
 
-// Moves (and adds) vertices of `mesh` so that the sum of the terms falls. Terms are not owned.
+// Moves (and adds) vertices of `input` so that the sum of the terms falls. Terms are not owned.
 // Throws InputError when the pairs see nothing of the mesh or an option does not fit the data.
-TriangleMesh Refine(const Scene& scene, const TriangleMesh& mesh,
+TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
                     const std::vector<CameraPair>& pairs, const RefinementOptions& options,
                     const std::vector<EnergyTerm*>& terms, const RefinementHooks& hooks,
                     RefinementSummary* summary);

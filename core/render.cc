@@ -183,7 +183,7 @@ cv::Mat3b WithColorBar(const cv::Mat3b& picture, const ColorScale& scale,
   if (bottom <= top) return all;
   for (int row = top; row <= bottom; ++row) {
     const double share = static_cast<double>(bottom - row) / (bottom - top);
-    const cv::Vec3b color = table[static_cast<int>(std::lround(share * (kTableSize - 1)))];
+    const cv::Vec3b& color = table[static_cast<int>(std::lround(share * (kTableSize - 1)))];
     for (int col = left; col < left + bar_width; ++col) all(row, col) = color;
   }
   for (int tick = 0; tick <= 4; ++tick) {

@@ -371,6 +371,7 @@ TEST(SplitLargeFaces, PositionAndSizeOfTheSceneDoNotMatter) {
   TriangleMesh there = here;
   const Eigen::Vector3d origin(-512, 1024, 64);
   std::vector<Camera> moved;
+  moved.reserve(cameras.size());
   for (const Camera& camera : cameras) moved.push_back(camera.InScaledWorld(origin, 1.0 / 1024));
   for (Eigen::Vector3d& v : there.vertices) v = (v - origin) / 1024;
   SplitLargeFaces(&here, cameras, {});
