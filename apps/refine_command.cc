@@ -76,7 +76,7 @@ void RefineCommand::Run() {
   const Scene scene = LoadColmapScene(scene_path);
   MeshReport report;
   const TriangleMesh mesh = ReadMesh(mesh_path, &report);
-  CheckFacing(scene, mesh, mesh_path);
+  CheckMeshIsSeen(scene, mesh, mesh_path);
   RunInputs inputs;
   inputs.command_line = "burin refine " + scene_path + " --mesh " + mesh_path + " --output " +
                         output_path + " --config " + (folder / "config.toml").string();

@@ -4,17 +4,20 @@
 #include <embree3/rtcore.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/core/version.hpp>
 #include <sstream>
 
 #include "apps/option_binding.h"
 #include "core/error.h"
-#include "core/mesh_check.h"
 #include "core/parallel.h"
+#include "core/visibility.h"
 
 namespace burin {
 namespace {
+
+constexpr double kFacingColumns = 160;  // of the images that CheckMeshIsSeen casts
 
 std::string Fixed(double value, int digits) {
   std::ostringstream text;
@@ -139,16 +142,34 @@ std::string TraceCsv(const std::vector<RefinementEvent>& events) {
   return csv.str();
 }
 
-void CheckFacing(const Scene& scene, const TriangleMesh& mesh,
-                 const std::filesystem::path& mesh_path) {
-  std::vector<Camera> cameras;
-  for (const View& view : scene.views) cameras.push_back(view.camera);
-  const double share = FrontFacingShare(mesh, cameras);
+void CheckMeshIsSeen(const Scene& scene, const TriangleMesh& mesh,
+                     const std::filesystem::path& mesh_path) {
+  const RayCaster caster(mesh);
+  int64_t front = 0;
+  int64_t seen = 0;
+  for (const View& view : scene.views) {
+    const double shrink = std::max(1.0, view.camera.width / kFacingColumns);
+    const Camera camera =
+        view.camera.Resized(std::max(1, static_cast<int>(view.camera.width / shrink)),
+                            std::max(1, static_cast<int>(view.camera.height / shrink)));
+    const Eigen::Vector3d center = camera.Center();
+    for (const int facet : caster.FacetMap(camera)) {
+      if (facet < 0) continue;
+      const Eigen::Vector3d to_camera = center - mesh.vertices[mesh.faces[facet][0]];
+      front += FaceAreaNormal(mesh, facet).dot(to_camera) > 0 ? 1 : 0;
+      ++seen;
+    }
+  }
+  if (seen == 0) {
+    throw InputError(mesh_path, "vertices: none of the " + std::to_string(scene.views.size()) +
+                                    " views sees the mesh; mesh and cameras are not in the same "
+                                    "coordinate frame");
+  }
+  const double share = static_cast<double>(front) / static_cast<double>(seen);
   if (share < 0.5) {
     throw InputError(mesh_path, "faces: only " + Fixed(100 * share, 0) +
-                                    " % of what the cameras look at faces them; the mesh is "
-                                    "inside out (reverse the order of each face's vertices) or "
-                                    "in another coordinate frame");
+                                    " % of what the cameras see of the mesh is its front; it is "
+                                    "inside out (reverse the order of each face's vertices)");
   }
 }
 

@@ -34,9 +34,9 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
 // CSV text: level,round,iteration,energy,gradient_max,step_norm,accepted,linear_iterations,seconds
 std::string TraceCsv(const std::vector<RefinementEvent>& events);
 
-// Area-weighted share of front-facing (facet, view) incidences of the mesh; below one half the mesh
-// is inside out for these cameras. Throws InputError then, naming the mesh file.
-void CheckFacing(const Scene& scene, const TriangleMesh& mesh,
-                 const std::filesystem::path& mesh_path);
+// Throws InputError naming the mesh file when no view sees the mesh, or when most of the pixels that hit
+// it first hit the back of a facet: the mesh is inside out.
+void CheckMeshIsSeen(const Scene& scene, const TriangleMesh& mesh,
+                     const std::filesystem::path& mesh_path);
 
 }  // namespace burin

@@ -166,23 +166,6 @@ int OrientConsistently(TriangleMesh* mesh) {
   return flipped_count;
 }
 
-double FrontFacingShare(const TriangleMesh& mesh, const std::vector<Camera>& cameras) {
-  double facing = 0;
-  double all = 0;
-  for (size_t f = 0; f < mesh.faces.size(); ++f) {
-    const Eigen::Vector3i& face = mesh.faces[f];
-    const Eigen::Vector3d centroid =
-        (mesh.vertices[face[0]] + mesh.vertices[face[1]] + mesh.vertices[face[2]]) / 3;
-    const Eigen::Vector3d normal = FaceAreaNormal(mesh, static_cast<int>(f));
-    for (const Camera& camera : cameras) {
-      if (camera.Depth(centroid) <= 0 || !camera.Contains(camera.Project(centroid))) continue;
-      all += normal.norm();
-      if (normal.dot(camera.Center() - centroid) > 0) facing += normal.norm();
-    }
-  }
-  return all > 0 ? facing / all : -1;
-}
-
 std::string MeshReport::Brief() const {
   std::string text = std::to_string(vertex_count) + " vertices, " + std::to_string(face_count) +
                      " faces, " + std::to_string(component_count) + " components, " +

@@ -38,11 +38,4 @@ MeshReport CheckMesh(const TriangleMesh& mesh);
 // number of faces flipped.
 int OrientConsistently(TriangleMesh* mesh);
 
-// Share of (face, camera) incidences, weighted by face area, whose normal points to the camera:
-// sum_{f,i} A_f [n_f . (c_i - m_f) > 0] / sum_{f,i} A_f over faces f and cameras i where the
-// centroid m_f lies in front of the camera and inside its image. Occlusion is not looked at, so a
-// closed object gives about one half; an open surface gives near 1, inside out near 0. Returns -1
-// when no face is inside any image.
-double FrontFacingShare(const TriangleMesh& mesh, const std::vector<Camera>& cameras);
-
 }  // namespace burin

@@ -13,8 +13,9 @@
 // homogeneous coordinates, s = 1/depth along the fixed ray of y, so that dW/ds = grad J . dq/ds =:
 // D(y) and the fields added up here are, per pixel of the reference image,
 //
-//   cost(y) += omega_y (1 - z_y),   slope(y) += dE/dW(y) D(y) = dE/ds(y),   curvature(y) += w(y)
-//   D(y)^2.
+//   cost(y)      += omega_y (1 - z_y)
+//   slope(y)     += dE/dW(y) D(y) = dE/ds(y)
+//   curvature(y) += w(y) D(y)^2.
 //
 // All window sums are separable box sums streamed over rows; nothing per pair is kept. Held
 // constant: Omega_ij, the reference image, the noise constants.

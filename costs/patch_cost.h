@@ -5,11 +5,13 @@
 // facets. From the patch's cost c, gradient g and majorised Gauss-Newton matrix H
 // (costs/photometric_energy.h) it makes
 //
-//   H + delta I = L L^T,   r = [ L^-1 g / beta ; sqrt(2 c - |L^-1 g|^2 / beta^2) ],   J = [ beta
-//   L^T ; 0 ]
+//   H + delta I = L L^T
+//   r = [ L^-1 g / beta ; sqrt(2 c - |L^-1 g|^2 / beta^2) ],   J = [ beta L^T ; 0 ]
 //
 // so that 1/2 |r|^2 = c and J^T r = g exactly and J^T J = beta^2 (H + delta I). beta = 1 unless
 // |L^-1 g|^2 > 2 c, when beta^2 = |L^-1 g|^2 / (2 c). Any Ceres minimiser can take it from there.
+// Exception: a patch that has gradient from windows centred in its neighbours and no counted window
+// of its own (c = 0) gives r = 0; its part of g is left out.
 //
 // With Motion::kNormal the system is formed in the displacements along the vertex normals N_k and
 // J = d r / d h_k N_k^T, to be used with LineAlongNormal manifolds; with kFree in all coordinates.

@@ -8,8 +8,8 @@
 // corner
 //
 //   dE/dV_k      = slope[k] n^T           slope[k]        = sum_views -1/offset   sum_y dE/ds u_k
-//   H(k, l)      = curvature[k,l] n n^T   curvature[k,l]  = sum_views 1/offset^2  sum_y w D^2 u_k
-//   u_l E            = sum cost
+//   H(k, l)      = curvature[k,l] n n^T   curvature[k,l]  = sum_views 1/offset^2  sum_y w D^2 u_k u_l
+//   E            = sum cost
 //
 // with n the facet's area normal at the evaluated positions. H is the majorised Gauss-Newton
 // matrix: H - (Gauss-Newton matrix of the windows) is positive semi-definite. Sums are in double,

@@ -1,12 +1,12 @@
 // The smoothness energy: Laplacian residuals of costs/stencil_cost.h on every vertex.
 //
-//   E_smooth = weight / 2 * sum_v | L V |_v^2 / h_v^2,      h_v = mean length of the edges at v
-//   (frozen)
+//   E_smooth = weight / 2 * sum_v | L V |_v^2 / h_v^2,      h_v = mean edge length at v, frozen
 //
-// |L V| ~ h^2/4 |Laplace(u)| for the umbrella, so that the sum approximates weight/32 * integral of
-// |Laplace(u)|^2 over the surface: it has no unit and does not depend on how finely the mesh is
-// cut. A vertex without photometric support keeps its shape instead (target L V at the start of the
-// round): what nobody sees follows its surroundings and neither shrinks nor flattens.
+// |L V| is close to h^2/4 |Laplace(u)| for the umbrella, so that the sum is close to weight/32 times
+// the integral of |Laplace(u)|^2 over the surface: it has no unit and hardly depends on how finely the
+// mesh is cut (for the bi-Laplacian it does).
+// A vertex without photometric support keeps its shape instead (target L V at the start of the round):
+// what nobody sees follows its surroundings and neither shrinks nor flattens.
 #pragma once
 
 #include <string>

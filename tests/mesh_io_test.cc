@@ -243,29 +243,6 @@ TEST(MeshCheck, MoebiusStripIsLeftAndReported) {
   EXPECT_EQ(CheckMesh(strip).boundary_edge_count, 2 * n);
 }
 
-TEST(MeshCheck, FrontFacingShareTellsInsideFromOutside) {
-  TriangleMesh mesh;  // unit square in z = 0, normal +z
-  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
-  mesh.faces = {{0, 1, 2}, {0, 2, 3}};
-  Camera above;  // at (0.5, 0.5, 2), looking down
-  above.width = above.height = 100;
-  above.fx = above.fy = 100;
-  above.cx = above.cy = 50;
-  above.rotation << 1, 0, 0, 0, -1, 0, 0, 0, -1;
-  above.translation = -above.rotation * Eigen::Vector3d(0.5, 0.5, 2);
-  EXPECT_EQ(FrontFacingShare(mesh, {above}), 1);
-  TriangleMesh inverted = mesh;
-  for (Eigen::Vector3i& face : inverted.faces) std::swap(face[0], face[1]);
-  EXPECT_EQ(FrontFacingShare(inverted, {above}), 0);
-  inverted.faces[0] = mesh.faces[0];
-  EXPECT_EQ(FrontFacingShare(inverted, {above}), 0.5);
-  Camera away = above;  // the square lies behind it
-  away.rotation = Eigen::Matrix3d::Identity();
-  away.translation = -Eigen::Vector3d(0.5, 0.5, 2);
-  EXPECT_EQ(FrontFacingShare(mesh, {away}), -1);
-  EXPECT_EQ(FrontFacingShare(mesh, {above, away}), 1);
-}
-
 TEST_F(MeshIo, ErrorsNameTheElement) {
   const std::string head =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"

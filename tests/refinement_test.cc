@@ -5,10 +5,12 @@
 #include <cmath>
 
 #include "apps/pipeline.h"
+#include "apps/run_output.h"
 #include "core/error.h"
 #include "core/evaluation.h"
 #include "core/parallel.h"
 #include "core/synthetic.h"
+#include "tests/test_scene.h"
 
 namespace burin {
 namespace {
@@ -102,6 +104,22 @@ TEST(Refinement, MeshOutsideEveryViewIsAnError) {
   TriangleMesh far = Relief().init;
   for (Eigen::Vector3d& vertex : far.vertices) vertex += Eigen::Vector3d(1000, 0, 0);
   EXPECT_THROW(RunPipeline(Relief().scene, far, PipelineOptions()), InputError);
+}
+
+TEST(Refinement, ClosedMeshesAreAcceptedAndInvertedOnesAreNot) {
+  // An octahedron shows each camera less than half of its area, and none of its inside.
+  TriangleMesh mesh;
+  mesh.vertices = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+  mesh.faces = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
+                {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+  Scene scene;
+  scene.views.resize(1);
+  scene.views[0].camera = test::LookAt({0.5, 0.7, 6}, {0, 0, 0}, 320, 240, 300);
+  CheckMeshIsSeen(scene, mesh, "mesh.ply");
+  for (Eigen::Vector3i& face : mesh.faces) std::swap(face[0], face[1]);
+  EXPECT_THROW(CheckMeshIsSeen(scene, mesh, "mesh.ply"), InputError);
+  scene.views[0].camera = test::LookAt({0.5, 0.7, 6}, {0, 0, 12}, 320, 240, 300);
+  EXPECT_THROW(CheckMeshIsSeen(scene, mesh, "mesh.ply"), InputError);
 }
 
 TEST(Refinement, BadOptionsAreNamed) {
