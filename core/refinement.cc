@@ -2,6 +2,7 @@
 
 #include <ceres/problem.h>
 #include <glog/logging.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <chrono>
@@ -77,6 +78,14 @@ Eigen::Vector3d BoxCentre(const TriangleMesh& mesh) {
     high = high.cwiseMax(vertex);
   }
   return 0.5 * (low + high);
+}
+
+// A round frees millions of small blocks (residuals, Jacobian cells) that the next level's large arrays
+// cannot use; give their pages back instead of carrying them through the run.
+void ReturnFreeMemory() {
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
 }
 
 struct RoundProblem {
@@ -184,6 +193,7 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
   }
   bool stopped = false;
   for (int level = first; level >= last && !stopped; --level) {
+    ReturnFreeMemory();
     LevelSummary level_summary;
     level_summary.level = level;
     Stopwatch image_watch;
@@ -204,6 +214,7 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
     level_summary.faces = static_cast<int>(mesh.faces.size());
 
     for (int r = 0; r < options.level.rounds && !stopped; ++r) {
+      ReturnFreeMemory();
       RoundSummary round_summary;
       round_summary.round = r;
       Stopwatch visibility_watch;

@@ -32,6 +32,8 @@ PatchCost::PatchCost(const PhotometricEnergy* energy, int vertex) : energy_(ener
     }
     facets_.push_back(incident);
   }
+  blocks_.shrink_to_fit();
+  facets_.shrink_to_fit();
   const int unknowns_per_block = context.motion == Motion::kNormal ? 1 : 3;
   set_num_residuals(unknowns_per_block * static_cast<int>(blocks_.size()) + 1);
   mutable_parameter_block_sizes()->assign(blocks_.size(), 3);
