@@ -22,8 +22,15 @@ namespace burin {
 // A view at one level of the pyramid, in the normalised world (see core/refinement.h).
 struct LevelView {
   Camera camera;
-  cv::Mat1f image;         // grey levels 0..255
+  cv::Mat image;           // grey levels 0..255, CV_8UC1 or CV_32FC1
   double noise_sigma = 0;  // estimated standard deviation of the image noise, grey levels
+
+  // The image in single precision; a copy unless it is already.
+  cv::Mat1f FloatImage() const {
+    cv::Mat1f result;
+    image.convertTo(result, CV_32F);
+    return result;
+  }
 };
 
 // How vertices may move. `kNormal`: along their normal at the round's start, one degree of freedom;

@@ -56,18 +56,18 @@ std::vector<LevelView> MakeLevelViews(const Scene& scene, int level, const Eigen
         return std::max(std::min(full, kSmallestSide),
                         static_cast<int>(std::lround(full * shrink)));
       };
-      cv::Mat full;
-      source.gray.convertTo(full, CV_32F);
       const cv::Size size(side(source.camera.width), side(source.camera.height));
-      if (size == full.size()) {
-        view.image = full;
+      if (size == source.gray.size()) {
+        view.image = source.gray;  // shared, so that the finest level costs no memory
       } else {
+        cv::Mat full;
         cv::Mat reduced;
+        source.gray.convertTo(full, CV_32F);
         cv::resize(full, reduced, size, 0, 0, cv::INTER_AREA);
         view.image = reduced;
       }
       view.camera = source.camera.Resized(size.width, size.height).InScaledWorld(origin, scale);
-      view.noise_sigma = EstimateNoise(view.image);
+      view.noise_sigma = EstimateNoise(view.FloatImage());
     }
   });
   return views;

@@ -97,12 +97,14 @@ void PatchCost::Linearize() {
       r /= beta;
     }
   }
-  residuals_.assign(r.data(), r.data() + n);
-  residuals_.push_back(std::sqrt(std::max(0.0, 2 * system.cost - r.squaredNorm())));
-  factor_.clear();
+  const auto rows = static_cast<size_t>(n) + 1;
+  linearization_.resize(rows + static_cast<size_t>(n) * (n + 1) / 2);
+  std::copy(r.data(), r.data() + n, linearization_.begin());
+  linearization_[n] = std::sqrt(std::max(0.0, 2 * system.cost - r.squaredNorm()));
+  double* entry = linearization_.data() + rows;
   for (int row = 0; row < n; ++row) {
     for (int column = 0; column <= row; ++column) {
-      factor_.push_back(beta * factor.matrixLLT()(row, column));
+      *entry++ = beta * factor.matrixLLT()(row, column);
     }
   }
 }
@@ -110,10 +112,11 @@ void PatchCost::Linearize() {
 bool PatchCost::Evaluate(double const* const* /*parameters*/, double* residuals,
                          double** jacobians) const {
   if (!valid_) return false;
-  std::copy(residuals_.begin(), residuals_.end(), residuals);
+  std::copy(linearization_.begin(), linearization_.begin() + num_residuals(), residuals);
   if (jacobians == nullptr) return true;
   const RoundContext& context = energy_->context();
-  const auto rows = static_cast<int>(residuals_.size());
+  const int rows = num_residuals();
+  const double* factor = linearization_.data() + rows;
   const auto blocks = static_cast<int>(blocks_.size());
   for (int k = 0; k < blocks; ++k) {
     if (jacobians[k] == nullptr) continue;
@@ -121,14 +124,14 @@ bool PatchCost::Evaluate(double const* const* /*parameters*/, double* residuals,
     std::fill(jacobians[k], jacobians[k] + 3 * static_cast<size_t>(rows), 0.0);
     if (context.motion == Motion::kNormal) {
       const Eigen::Vector3d& direction = context.normals[blocks_[k]];
-      const double* column = factor_.data() + static_cast<size_t>(k) * (k + 1) / 2;
+      const double* column = factor + static_cast<size_t>(k) * (k + 1) / 2;
       for (int row = 0; row <= k; ++row) {
         for (int c = 0; c < 3; ++c) jacobians[k][3 * row + c] = column[row] * direction[c];
       }
     } else {
       for (int c = 0; c < 3; ++c) {
         const int unknown = 3 * k + c;
-        const double* column = factor_.data() + static_cast<size_t>(unknown) * (unknown + 1) / 2;
+        const double* column = factor + static_cast<size_t>(unknown) * (unknown + 1) / 2;
         for (int row = 0; row <= unknown; ++row) jacobians[k][3 * row + c] = column[row];
       }
     }

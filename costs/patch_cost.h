@@ -59,8 +59,8 @@ class PatchCost : public ceres::CostFunction {
   std::vector<int> blocks_;
   std::vector<IncidentFacet> facets_;
   bool valid_ = false;
-  std::vector<double> residuals_;
-  std::vector<double> factor_;  // beta L, lower triangle row by row
+  // The residuals, then beta L, its lower triangle row by row.
+  std::vector<double> linearization_;
 };
 
 }  // namespace burin

@@ -120,8 +120,7 @@ struct PhotometricEnergy::State : public PhotometricEnergy::Shared {
     splines.resize(views->size());
     ParallelFor(static_cast<int>(views->size()), 1, [&](int begin, int end) {
       for (int i = begin; i < end; ++i) {
-        CHECK((*views)[i].image.isContinuous());
-        splines[i] = SplineImage<T>((*views)[i].image, T(kGreyOffset));
+        splines[i] = SplineImage<T>((*views)[i].FloatImage(), T(kGreyOffset));
       }
     });
   }
@@ -148,13 +147,14 @@ struct PhotometricEnergy::State : public PhotometricEnergy::Shared {
     });
 
     fields.Reset(pixels, derivatives);
+    const cv::Mat1f image = (*views)[view].FloatImage();
     std::vector<PairInput<T>> inputs(domain.seconds.size());
     for (size_t b = 0; b < inputs.size(); ++b) {
       const int second = domain.seconds[b];
       PairInput<T>& input = inputs[b];
       input.width = domain.width;
       input.height = domain.height;
-      input.image = (*views)[view].image[0];
+      input.image = image[0];
       input.grey_offset = kGreyOffset;
       input.inverse_depth = inverse_depth.data();
       input.domain = domain.second_visible[b / 8].data();

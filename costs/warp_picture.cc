@@ -10,7 +10,8 @@ WarpPicture MakeWarpPicture(const std::vector<LevelView>& views, int reference,
                             const ViewDomain& domain, int partner, const TriangleMesh& mesh) {
   const LevelView& view = views[reference];
   const LevelView& second = views[domain.seconds[partner]];
-  const SplineImage<double> spline(second.image, 0.0);
+  const SplineImage<double> spline(second.FloatImage(), 0.0);
+  const cv::Mat1f image = view.FloatImage();
   WarpPicture picture;
   picture.warped = cv::Mat1f(domain.height, domain.width, 0.0F);
   picture.valid = cv::Mat1b(domain.height, domain.width, static_cast<uchar>(0));
@@ -37,7 +38,7 @@ WarpPicture MakeWarpPicture(const std::vector<LevelView>& views, int reference,
       spline.Sample(q.x(), q.y(), &value);
       picture.warped(y, x) = static_cast<float>(value);
       picture.valid(y, x) = 255;
-      const double intensity = view.image(y, x);
+      const double intensity = image(y, x);
       n += 1;
       sum_i += intensity;
       sum_w += value;
@@ -53,7 +54,7 @@ WarpPicture MakeWarpPicture(const std::vector<LevelView>& views, int reference,
   for (int y = 0; y < domain.height; ++y) {
     for (int x = 0; x < domain.width; ++x) {
       if (picture.valid(y, x) == 0) continue;
-      const double residual = std::abs(view.image(y, x) - (gain * picture.warped(y, x) + offset));
+      const double residual = std::abs(image(y, x) - (gain * picture.warped(y, x) + offset));
       picture.residual(y, x) = static_cast<float>(residual);
       total += residual;
     }

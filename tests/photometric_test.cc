@@ -189,6 +189,7 @@ Reference EvaluateByAutodiff(const RoundContext& context, const PhotometricOptio
   for (size_t i = 0; i < context.domains->size(); ++i) {
     const ViewDomain& domain = (*context.domains)[i];
     const LevelView& view = (*context.views)[i];
+    const cv::Mat1f image = view.FloatImage();
     std::vector<int> facet_of(static_cast<size_t>(domain.width) * domain.height, -1);
     for (size_t k = 0; k < domain.facet.size(); ++k) {
       for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
@@ -197,7 +198,7 @@ Reference EvaluateByAutodiff(const RoundContext& context, const PhotometricOptio
     }
     for (size_t b = 0; b < domain.seconds.size(); ++b) {
       const LevelView& second = (*context.views)[domain.seconds[b]];
-      const SplineImage<double> spline(second.image, 0.0);
+      const SplineImage<double> spline(second.FloatImage(), 0.0);
       std::vector<Jet> warped(facet_of.size());
       std::vector<char> valid(facet_of.size(), 0);
       for (size_t p = 0; p < facet_of.size(); ++p) {
@@ -237,22 +238,20 @@ Reference EvaluateByAutodiff(const RoundContext& context, const PhotometricOptio
           double mean_i = 0;
           Jet mean_w(0.0);
           for (size_t t : taps) {
-            mean_i += view.image(static_cast<int>(t) / domain.width, t % domain.width) / n;
+            mean_i += image(static_cast<int>(t) / domain.width, t % domain.width) / n;
             mean_w += warped[t] / n;
           }
           double square_a = n * options.variance_floor;
           Jet square_b(n * options.variance_floor);
           for (size_t t : taps) {
-            const double a =
-                view.image(static_cast<int>(t) / domain.width, t % domain.width) - mean_i;
+            const double a = image(static_cast<int>(t) / domain.width, t % domain.width) - mean_i;
             square_a += a * a;
             square_b += (warped[t] - mean_w) * (warped[t] - mean_w);
           }
           const double root_floor = std::sqrt(n * options.variance_floor);
           std::vector<Jet> residuals;
           for (size_t t : taps) {
-            const double a =
-                view.image(static_cast<int>(t) / domain.width, t % domain.width) - mean_i;
+            const double a = image(static_cast<int>(t) / domain.width, t % domain.width) - mean_i;
             residuals.push_back(a / std::sqrt(square_a) - (warped[t] - mean_w) / sqrt(square_b));
           }
           residuals.emplace_back(root_floor / std::sqrt(square_a));

@@ -87,19 +87,20 @@ inline std::vector<LevelView> RandomViews(int width, int height) {
   Random random(7);
   for (int i = 0; i < 3; ++i) {
     views[i].camera = LookAt(centers[i], Eigen::Vector3d(0, 0, 0.2), width, height, 1.1 * width);
-    views[i].image = cv::Mat1f(height, width);
+    cv::Mat1f image(height, width);
     double phase[6];
     for (double& p : phase) p = 3 * random.Uniform();
     for (int y = 0; y < height; ++y) {
       for (int x = 0; x < width; ++x) {
         const double u = x + 0.5;
         const double v = y + 0.5;
-        views[i].image(y, x) = static_cast<float>(
+        image(y, x) = static_cast<float>(
             120 + 40 * std::sin(0.35 * u + phase[0]) * std::cos(0.31 * v + phase[1]) +
             25 * std::sin(0.8 * u + 0.5 * v + phase[2]) +
             12 * std::cos(1.3 * v - 0.6 * u + phase[3]));
       }
     }
+    views[i].image = image;
     views[i].noise_sigma = 1.0;
   }
   return views;
