@@ -329,8 +329,6 @@ const std::vector<Eigen::Vector3d>& PhotometricEnergy::facet_normals() const {
   return shared_->normals;
 }
 const RoundContext& PhotometricEnergy::context() const { return *shared_->context; }
-int64_t PhotometricEnergy::evaluation_count() const { return shared_->evaluations; }
 int64_t PhotometricEnergy::valid_windows() const { return shared_->windows; }
-double PhotometricEnergy::evaluation_seconds() const { return shared_->seconds; }
 
 }  // namespace burin

@@ -72,9 +72,7 @@ class PhotometricEnergy : public EnergyTerm, public ceres::EvaluationCallback {
   const std::vector<Eigen::Vector3d>& facet_normals() const;
   const RoundContext& context() const;
 
-  int64_t evaluation_count() const;   // of this round
-  int64_t valid_windows() const;      // windows that counted in the last evaluation
-  double evaluation_seconds() const;  // of this round
+  int64_t valid_windows() const;  // windows that counted in the last evaluation
 
  private:
   template <typename T>
