@@ -62,6 +62,7 @@ int ParseAndRun(int argc, const char* const* argv) {
   CLI::App app{"burin: photometric refinement of triangle meshes", "burin"};
   app.set_version_flag("--version", "burin 0.1.0");
   AddRefineCommand(&app);
+  AddSelectCommand(&app);
   AddDemoCommand(&app);
   AddSynthCommand(&app);
   AddEvaluateCommand(&app);

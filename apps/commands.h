@@ -19,6 +19,10 @@ void AddEvaluateCommand(CLI::App* program);
 // burin refine SCENE_DIR --mesh M.ply --output DIR: refined.ply, summary.json and trace.csv.
 void AddRefineCommand(CLI::App* program);
 
+// burin select SCENE_DIR --mesh M.ply --output DIR: camera pairs with the reasons for them, as
+// pairs.json, pair_terms.csv and pictures.
+void AddSelectCommand(CLI::App* program);
+
 // burin demo [--output DIR]: makes the embedded scene, refines it, scores it against its truth and
 // draws before and after.
 void AddDemoCommand(CLI::App* program);

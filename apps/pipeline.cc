@@ -15,17 +15,22 @@ void PipelineOptions::Describe(OptionSet* set) {
   set->Add("run.threads", &threads, "Threads; 0 = all cores. Results do not depend on it", 0, 4096);
 }
 
-PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
-                           const PipelineOptions& options, const RefinementHooks& hooks) {
-  // Describing needs a place to point to; the copy also guards against a caller changing options.
-  PipelineOptions checked = options;
+void PipelineOptions::Check() const {
+  PipelineOptions described = *this;  // describing needs a place to point to
   OptionSet set;
-  checked.Describe(&set);
+  described.Describe(&set);
   std::string error;
   if (!set.IsValid(&error)) throw InputError(error);
-  if (checked.photo.window % 2 == 0) {
-    throw InputError("photo.window = " + std::to_string(checked.photo.window) + ": must be odd");
+  if (photo.window % 2 == 0) {
+    throw InputError("photo.window = " + std::to_string(photo.window) + ": must be odd");
   }
+  pairs.Check();
+}
+
+PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
+                           const PipelineOptions& options, const RefinementHooks& hooks) {
+  const PipelineOptions checked = options;  // a hook may change the caller's
+  checked.Check();
   SetThreadCount(checked.threads);
 
   PipelineResult result;

@@ -23,6 +23,8 @@ struct PipelineOptions {
   RefinementOptions refinement;
   int threads = 0;  // 0 = all cores
   void Describe(OptionSet* set);
+  // Throws InputError for values out of range or that do not fit together.
+  void Check() const;
 };
 
 struct PipelineResult {

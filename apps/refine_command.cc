@@ -71,6 +71,7 @@ void RefineCommand::Run() {
   const auto seconds = [start] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   };
+  options.Check();
   const OutputFolder output(output_path);
   const std::filesystem::path& folder = output.path();
   const Scene scene = LoadColmapScene(scene_path);

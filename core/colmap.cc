@@ -107,9 +107,9 @@ void ReadViewImages(const std::vector<const ColmapCamera*>& cameras, std::vector
 
 }  // namespace
 
-Scene LoadColmapScene(const fs::path& workspace) {
+Scene LoadColmapScene(const fs::path& workspace, bool with_images) {
   RequireFolder(workspace);
-  RequireFolder(workspace / "images");
+  if (with_images) RequireFolder(workspace / "images");
   const ColmapFiles files = FindModel(workspace);
   ColmapModel model = files.binary ? ReadColmapBinary(files) : ReadColmapText(files);
   CheckColmapModel(model, files);
@@ -131,7 +131,7 @@ Scene LoadColmapScene(const fs::path& workspace) {
     view.image_path = workspace / "images" / image.name;
     view.camera = PinholeOf(*cameras.back(), image);
   }
-  ReadViewImages(cameras, &scene.views);
+  if (with_images) ReadViewImages(cameras, &scene.views);
 
   for (const ColmapPoint& point : model.points) {
     std::set<int> views;

@@ -16,9 +16,10 @@ namespace burin {
 //    OPENCV cameras are undistorted (core/undistort.h) to a pinhole camera of the same size, focal
 //    lengths and principal point.
 //  - Points seen by fewer than two views are dropped.
+//  - Without `with_images` the photographs are not opened and View::gray stays empty.
 // Throws InputError, one line naming file, element and field, for anything missing, truncated,
 // malformed, inconsistent or unsupported.
-Scene LoadColmapScene(const std::filesystem::path& workspace);
+Scene LoadColmapScene(const std::filesystem::path& workspace, bool with_images = true);
 
 // Writes images/ (8-bit, PNG or JPEG by the extension of each view's name) and sparse/ with one
 // PINHOLE camera per view and the projections of the points as observations; folders are made.

@@ -166,9 +166,9 @@ cv::Vec3b TableColor(const std::vector<cv::Vec3b>& table, const ColorScale& scal
   return table[static_cast<int>(std::lround(share * (kTableSize - 1)))];
 }
 
-// The picture with the colour bar beside it: heading above, five numbers from min to max.
-cv::Mat3b WithColorBar(const cv::Mat3b& picture, const ColorScale& scale,
-                       const std::vector<cv::Vec3b>& table) {
+// WithColorBar with the table at hand.
+cv::Mat3b AttachColorBar(const cv::Mat3b& picture, const ColorScale& scale,
+                         const std::vector<cv::Vec3b>& table) {
   const int margin = std::max(4, picture.rows / 40);
   const int text_height = std::max(8, picture.rows / 40);
   const int bar_width = std::max(8, picture.rows / 30);
@@ -223,23 +223,47 @@ cv::Vec3b ScaleColor(const ColorScale& scale, double value) {
   return TableColor(ColorTable(scale), scale, value);
 }
 
-cv::Mat3b RenderVertexScalar(const TriangleMesh& mesh, const Camera& camera,
-                             const std::vector<double>& values, const ColorScale& scale,
-                             const RenderOptions& options) {
-  CHECK_EQ(values.size(), mesh.vertices.size());
+cv::Mat3b WithColorBar(const cv::Mat3b& picture, const ColorScale& scale) {
+  return AttachColorBar(picture, scale, ColorTable(scale));
+}
+
+namespace {
+
+// The mesh in the colours of value_of(hit), slightly shaded, with a colour bar.
+cv::Mat3b RenderScalar(const TriangleMesh& mesh, const Camera& camera,
+                       const std::function<double(const RayHit&)>& value_of,
+                       const ColorScale& scale, const RenderOptions& options) {
   CHECK(scale.min < scale.max);
   const std::vector<Eigen::Vector3d> normals = NormalsFor(mesh, options);
   const std::vector<cv::Vec3b> table = ColorTable(scale);
   const cv::Mat3b picture = RenderColors(
       mesh, camera, options, [&](const RayHit& hit, const Eigen::Vector3d& ray) -> cv::Vec3d {
-        double value = 0;
-        for (int c = 0; c < 3; ++c) {
-          value += hit.barycentric[c] * values[mesh.faces[hit.face][c]];
-        }
         const double light = ShadeOf(mesh, normals, camera, ray, hit).light;
-        return cv::Vec3d(TableColor(table, scale, value)) * (0.6 + 0.4 * light);
+        return cv::Vec3d(TableColor(table, scale, value_of(hit))) * (0.6 + 0.4 * light);
       });
-  return WithColorBar(picture, scale, table);
+  return AttachColorBar(picture, scale, table);
+}
+
+}  // namespace
+
+cv::Mat3b RenderVertexScalar(const TriangleMesh& mesh, const Camera& camera,
+                             const std::vector<double>& values, const ColorScale& scale,
+                             const RenderOptions& options) {
+  CHECK_EQ(values.size(), mesh.vertices.size());
+  const auto interpolated = [&](const RayHit& hit) {
+    double value = 0;
+    for (int c = 0; c < 3; ++c) value += hit.barycentric[c] * values[mesh.faces[hit.face][c]];
+    return value;
+  };
+  return RenderScalar(mesh, camera, interpolated, scale, options);
+}
+
+cv::Mat3b RenderFaceScalar(const TriangleMesh& mesh, const Camera& camera,
+                           const std::vector<double>& values, const ColorScale& scale,
+                           const RenderOptions& options) {
+  CHECK_EQ(values.size(), mesh.faces.size());
+  return RenderScalar(
+      mesh, camera, [&](const RayHit& hit) { return values[hit.face]; }, scale, options);
 }
 
 cv::Mat1f RenderDepth(const TriangleMesh& mesh, const Camera& camera) {

@@ -36,12 +36,21 @@ struct ColorScale {
 // others through viridis. NaN is mid grey.
 cv::Vec3b ScaleColor(const ColorScale& scale, double value);
 
+// The picture with a bar of the scale's colours, five numbers and the heading on its right.
+cv::Mat3b WithColorBar(const cv::Mat3b& picture, const ColorScale& scale);
+
 // The mesh coloured by one value per vertex, interpolated over the facets and slightly shaded, with
 // a colour bar attached on the right: the picture is wider than the camera's image. Facets with a
 // NaN corner are mid grey. CHECKs that there are as many values as vertices and min < max.
 cv::Mat3b RenderVertexScalar(const TriangleMesh& mesh, const Camera& camera,
                              const std::vector<double>& values, const ColorScale& scale,
                              const RenderOptions& options = {});
+
+// The same with one value per facet, constant over it. CHECKs that there are as many values as
+// facets.
+cv::Mat3b RenderFaceScalar(const TriangleMesh& mesh, const Camera& camera,
+                           const std::vector<double>& values, const ColorScale& scale,
+                           const RenderOptions& options = {});
 
 // Camera z of the first surface along each pixel's central ray, world units; 0 where there is none.
 // Exact up to the final rounding: the facet comes from Embree, the depth from its plane in double.

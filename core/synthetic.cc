@@ -186,6 +186,10 @@ void SyntheticOptions::Describe(OptionSet* set) {
            {"x", "-x", "y", "-y", "z", "-z"});
   set->Add("synth.seed", &seed, "seed of everything random", 0, 2147483647);
   set->Add("synth.views", &views, "number of views; 0 = relief 7, occluders 8, scan 24", 0, 999);
+  set->Add("synth.rig", &rig,
+           "even: views evenly spaced at one distance; uneven: crowded, every third 1.7 times as "
+           "far",
+           {"even", "uneven"});
   set->Add("synth.width", &width, "image width in pixels", 16, 8192);
   set->Add("synth.height", &height, "image height in pixels", 16, 8192);
   set->Add("synth.samples_per_axis", &samples_per_axis, "rays per pixel along x and along y", 1,

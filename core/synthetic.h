@@ -33,7 +33,8 @@ struct SyntheticOptions {
   std::string mesh_path;      // of the scan; only recorded here, the caller reads it
   std::string scan_up = "y";  // axis of the scan that points up
   int seed = 1;
-  int views = 0;  // 0 = the scene's own number: relief 7, occluders 8, scan 24
+  int views = 0;             // 0 = the scene's own number: relief 7, occluders 8, scan 24
+  std::string rig = "even";  // "uneven": views crowd on one side, every third is 1.7 times as far
   int width = 640;
   int height = 480;
   int samples_per_axis = 3;       // rays per pixel and axis

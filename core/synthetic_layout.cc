@@ -17,6 +17,11 @@ constexpr double kFocalPerWidth = 1.2;
 // Part of the image width that 2 world units at the centre fill in relief and occluders.
 constexpr double kFill = 0.92;
 
+// Uneven rigs: every third view stands this much farther away, and azimuths around a scan are
+// shifted by up to this many degrees.
+constexpr double kFarFactor = 1.7;
+constexpr double kCrowding = 28;
+
 enum Stream : std::uint64_t { kCameraStream = 1, kReliefStream, kBumpStream };
 
 std::uint64_t SubSeed(const SyntheticOptions& options, std::uint64_t stream) {
@@ -30,7 +35,10 @@ double PatchFootprint(const SyntheticOptions& options) { return 2 / (kFill * opt
 class CameraRig {
  public:
   CameraRig(const SyntheticOptions& options, double distance, const Eigen::Vector3d& target)
-      : random_(SubSeed(options, kCameraStream), 0), distance_(distance), target_(target) {
+      : random_(SubSeed(options, kCameraStream), 0),
+        uneven_(options.rig == "uneven"),
+        distance_(distance),
+        target_(target) {
     intrinsics_.width = options.width;
     intrinsics_.height = options.height;
     intrinsics_.fx = intrinsics_.fy = kFocalPerWidth * options.width;
@@ -40,6 +48,8 @@ class CameraRig {
   }
 
   void Add(double azimuth_deg, double elevation_deg) {
+    const std::size_t k = cameras_.size();
+    const double distance = uneven_ && k % 3 == 1 ? kFarFactor * distance_ : distance_;
     const std::uint64_t first = 4 * cameras_.size();
     const double azimuth = (azimuth_deg + 0.7 * random_.Normal(first)) * kPi / 180;
     const double elevation = (elevation_deg + 0.7 * random_.Normal(first + 1)) * kPi / 180;
@@ -54,7 +64,7 @@ class CameraRig {
     camera.rotation.row(2) = forward;
     camera.rotation =
         Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ()).toRotationMatrix() * camera.rotation;
-    camera.translation = -camera.rotation * (target_ + distance_ * backward);
+    camera.translation = -camera.rotation * (target_ + distance * backward);
     cameras_.push_back(camera);
   }
 
@@ -63,15 +73,17 @@ class CameraRig {
 
  private:
   CounterRandom random_;
+  bool uneven_;
   double distance_;
   Eigen::Vector3d target_;
   Camera intrinsics_;
   std::vector<Camera> cameras_;
 };
 
-// k-th of `count` values spread evenly over [-half_range, half_range].
-double Spread(int k, int count, double half_range) {
-  return count == 1 ? 0 : half_range * (2.0 * k / (count - 1) - 1);
+// k-th of `count` azimuths over [-half_range, half_range]; uneven ones crowd in the middle.
+double Spread(const SyntheticOptions& options, int k, int count, double half_range) {
+  const double t = count == 1 ? 0 : 2.0 * k / (count - 1) - 1;
+  return half_range * (options.rig == "uneven" ? t * std::pow(std::abs(t), 0.8) : t);
 }
 
 // The rotation that turns an axis ("x", "-z", ...) to +y.
@@ -135,7 +147,7 @@ SyntheticLayout ReliefLayout(const SyntheticOptions& options) {
   CameraRig rig(options, footprint * kFocalPerWidth * options.width, {0, 0, 0.08});
   const int views = options.views > 0 ? options.views : 7;
   for (int k = 0; k < views; ++k) {
-    rig.Add(Spread(k, views, 30), k % 2 == 0 ? 5 : -5);
+    rig.Add(Spread(options, k, views, 30), k % 2 == 0 ? 5 : -5);
   }
   layout.cameras = rig.cameras();
   layout.footprint = rig.Footprint();
@@ -172,7 +184,7 @@ SyntheticLayout OccludersLayout(const SyntheticOptions& options) {
   CameraRig rig(options, footprint * kFocalPerWidth * options.width, {0, 0, 0.2});
   const int views = options.views > 0 ? options.views : 8;
   for (int k = 0; k < views; ++k) {
-    rig.Add(Spread(k, views, 31), k % 2 == 0 ? 11 : -9);
+    rig.Add(Spread(options, k, views, 31), k % 2 == 0 ? 11 : -9);
   }
   layout.cameras = rig.cameras();
   layout.footprint = rig.Footprint();
@@ -209,7 +221,10 @@ SyntheticLayout ScanLayout(const SyntheticOptions& options, const TriangleMesh& 
   CameraRig rig(options, 1.03 / std::sin(half_fov), {0, 0, 0});
   const int views = options.views > 0 ? options.views : 24;
   for (int k = 0; k < views; ++k) {
-    rig.Add(360.0 * k / views, k % 2 == 0 ? 14 : -6);
+    const double even = 360.0 * k / views;
+    const double azimuth =
+        options.rig == "uneven" ? even + kCrowding * std::sin(even * kPi / 180) : even;
+    rig.Add(azimuth, k % 2 == 0 ? 14 : -6);
   }
   layout.cameras = rig.cameras();
   layout.footprint = rig.Footprint();

@@ -102,7 +102,9 @@ struct RayCaster::Impl {
                      const Eigen::Vector3d* points, const int* facets, int count,
                      uint8_t* visible) const;
   void BuildPixelLists(const Camera& camera, const cv::Mat1i& facet_map, ViewDomain* domain) const;
-  void CastPairs(const std::vector<Camera>& cameras, int view, const cv::Mat1i& facet_map,
+  // `facing` holds FacesTarget of every camera that appears in a pair.
+  void CastPairs(const std::vector<Camera>& cameras, int view,
+                 const std::vector<std::vector<uint8_t>>& facing, const cv::Mat1i& facet_map,
                  double border_px, ViewDomain* domain) const;
 };
 
@@ -188,6 +190,7 @@ void RayCaster::Impl::BuildPixelLists(const Camera& camera, const cv::Mat1i& fac
 }
 
 void RayCaster::Impl::CastPairs(const std::vector<Camera>& cameras, int view,
+                                const std::vector<std::vector<uint8_t>>& facing,
                                 const cv::Mat1i& facet_map, double border_px,
                                 ViewDomain* domain) const {
   const Camera& reference = cameras[view];
@@ -214,7 +217,7 @@ void RayCaster::Impl::CastPairs(const std::vector<Camera>& cameras, int view,
   for (size_t b = 0; b < domain->seconds.size(); ++b) {
     const Camera& second = cameras[domain->seconds[b]];
     const Eigen::Vector3d center_j = second.Center();
-    const std::vector<uint8_t> faces_second = FacesTarget(center_j);
+    const std::vector<uint8_t>& faces_second = facing[domain->seconds[b]];
     const Eigen::Matrix<double, 3, 4> projection = second.ProjectionMatrix();
     std::vector<uint8_t>& plane = domain->second_visible[b / 8];
     const auto bit = static_cast<uint8_t>(1U << (b % 8));
@@ -344,6 +347,14 @@ std::vector<ViewDomain> RayCaster::Cast(const std::vector<Camera>& cameras,
                                         const std::vector<CameraPair>& pairs,
                                         double border_px) const {
   std::vector<ViewDomain> domains(cameras.size());
+  std::vector<char> used(cameras.size(), 0);
+  for (const CameraPair& pair : pairs) used[pair.reference] = used[pair.second] = 1;
+  std::vector<std::vector<uint8_t>> facing(cameras.size());
+  ParallelFor(static_cast<int>(cameras.size()), 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      if (used[i] != 0) facing[i] = impl_->FacesTarget(cameras[i].Center());
+    }
+  });
   for (size_t i = 0; i < cameras.size(); ++i) {
     ViewDomain& domain = domains[i];
     domain.width = cameras[i].width;
@@ -356,12 +367,11 @@ std::vector<ViewDomain> RayCaster::Cast(const std::vector<Camera>& cameras,
       continue;
     }
     cv::Mat1i facet_map = FacetMap(cameras[i]);
-    const std::vector<uint8_t> faces_camera = impl_->FacesTarget(cameras[i].Center());
     for (int& facet : facet_map) {
-      if (facet >= 0 && faces_camera[facet] == 0) facet = -1;
+      if (facet >= 0 && facing[i][facet] == 0) facet = -1;
     }
     impl_->BuildPixelLists(cameras[i], facet_map, &domain);
-    impl_->CastPairs(cameras, static_cast<int>(i), facet_map, border_px, &domain);
+    impl_->CastPairs(cameras, static_cast<int>(i), facing, facet_map, border_px, &domain);
   }
   return domains;
 }

@@ -1,39 +1,36 @@
 // The discrete step before solving: which directed camera pairs enter the photometric energy.
-//
-// Methods:
-//   vu             most common sparse points under a parallax of 20 to 60 degrees (Vu et al. 2012)
-//   sparse_points  the same under 8 to 45 degrees
-//   mesh_parallax  most shared visible surface under 8 to 45 degrees
+// The methods and their options are those of pairs_options.h; docs/camera_pairs.md compares them.
 #pragma once
 
 #include <string>
 #include <vector>
 
 #include "core/mesh.h"
-#include "core/options.h"
 #include "core/pairs.h"
 #include "core/scene.h"
+#include "selection/coverage.h"
+#include "selection/pair_survey.h"
+#include "selection/pairs_options.h"
 
 namespace burin {
 
-struct PairsOptions {
-  std::string method = "auto";  // sparse_points when the scene has points, else mesh_parallax
-  int per_camera = 4;
-  double min_parallax_deg = -1;  // -1 = the method's own: vu 20, others 8
-  double max_parallax_deg = -1;  // -1 = the method's own: vu 60, others 45
-  void Describe(OptionSet* set);
-};
-
 struct PairSelection {
-  std::string method;           // the one used
-  double min_parallax_deg = 0;  // the range used
-  double max_parallax_deg = 0;
-  std::vector<CameraPair> pairs;
+  PairsRecipe recipe;                     // how they were chosen
+  std::vector<CameraPair> pairs;          // those of a camera together, best first
+  std::vector<CameraPair> initial_pairs;  // before Algorithm 1; the same for methods without it
+  std::vector<SwapTrial> swaps;           // what Algorithm 1 tried
   std::vector<std::string> warnings;  // a line for each camera without a partner, with the reason
 };
 
-// Throws InputError when no camera gets a partner, saying for each camera which test failed.
-PairSelection SelectPairs(const Scene& scene, const TriangleMesh& mesh,
-                          const PairsOptions& options);
+// E_BPV of every pair, (i, j) at i * view_count + j; 0 for pairs that share less than
+// `recipe.min_overlap` of what view i sees.
+std::vector<double> PairEnergyTable(const PairSurvey& survey, const PairsRecipe& recipe);
+
+// Throws InputError when there are fewer than two views, when no camera gets a partner (saying for
+// each camera which test failed), and for a pairs file that does not fit the scene. `survey` may
+// hold what SurveyPairs made of the same scene, mesh and recipe; otherwise methods that need it
+// make it themselves.
+PairSelection SelectPairs(const Scene& scene, const TriangleMesh& mesh, const PairsOptions& options,
+                          const PairSurvey* survey = nullptr);
 
 }  // namespace burin

@@ -1,10 +1,14 @@
 // Pair selection on configurations whose answer is known.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 
 #include "core/error.h"
-#include "selection/mesh_parallax_pairs.h"
+#include "core/parallel.h"
+#include "selection/pair_file.h"
 #include "selection/pair_selection.h"
 #include "selection/sparse_point_pairs.h"
 #include "tests/test_scene.h"
@@ -49,31 +53,12 @@ TEST(SparsePointPairs, CountsOnlyPointsInTheParallaxRange) {
   EXPECT_TRUE((pairs[2] == CameraPair{2, 0}));
 }
 
-TEST(MeshParallaxPairs, SharedAreaIsThatOfThePlaneInRange) {
-  const Scene scene = ArcScene({0, 30, 85});
-  const std::vector<double> areas = SharedFacetAreas(scene, Plane(), 20, 40);
-  // 0.2 x 0.2 seen frontally from 5 at 100 px focal length: 4 x 4 px.
-  EXPECT_NEAR(areas[0 * 3 + 1], 16, 0.1);
-  EXPECT_NEAR(areas[1 * 3 + 0], 16 * std::cos(30 * M_PI / 180), 0.2);
-  EXPECT_EQ(areas[0 * 3 + 2], 0);
-}
-
-TEST(MeshParallaxPairs, BackSidesAndHiddenFacetsDoNotCount) {
-  Scene scene = ArcScene({0, 30, 180});
-  EXPECT_EQ(SharedFacetAreas(scene, Plane(), 0, 180)[0 * 3 + 2], 0);
-  TriangleMesh hidden = Plane();  // a lid close in front of the plane
-  test::AppendGrid(&hidden, 1, 0, 0, 0.2, [](double, double) { return 0.05; });
-  const double open = SharedFacetAreas(scene, Plane(), 20, 40)[1];
-  // Only the lid is seen: 0.4 x 0.4, 50/4.95 px per 0.1.
-  EXPECT_NEAR(SharedFacetAreas(scene, hidden, 20, 40)[1], open * 4 * std::pow(5 / 4.95, 2), 0.3);
-}
-
 TEST(PairSelection, AutoTakesPointsWhenThereAreSome) {
   Scene scene = ArcScene({0, 30});
-  EXPECT_EQ(SelectPairs(scene, Plane(), PairsOptions()).method, "mesh_parallax");
+  EXPECT_EQ(SelectPairs(scene, Plane(), PairsOptions()).recipe.method, "mesh_parallax");
   scene.points = {{Eigen::Vector3d::Zero(), {0, 1}}};
   const PairSelection selection = SelectPairs(scene, Plane(), PairsOptions());
-  EXPECT_EQ(selection.method, "sparse_points");
+  EXPECT_EQ(selection.recipe.method, "sparse_points");
   EXPECT_EQ(selection.pairs.size(), 2u);
 }
 
@@ -95,7 +80,7 @@ TEST(PairSelection, ZeroPairsNamesCameraAndTest) {
             "parallax of 8-45 deg");
   options.method = "vu";
   EXPECT_EQ(ErrorOf(scene, Plane(), options),
-            "pairs.method = vu: the scene has no sparse points; take mesh_parallax");
+            "pairs.method = vu: the scene has no sparse points; take paper or mesh_parallax");
   scene.points = {{Eigen::Vector3d::Zero(), {0, 1}}};
   EXPECT_NE(ErrorOf(scene, Plane(), options).find("none under a parallax of 20-60 deg"),
             std::string::npos);
@@ -107,6 +92,197 @@ TEST(PairSelection, ACameraWithoutPartnerIsAWarning) {
   EXPECT_EQ(selection.pairs.size(), 2u);
   ASSERT_EQ(selection.warnings.size(), 1u);
   EXPECT_NE(selection.warnings[0].find("view2"), std::string::npos);
+}
+
+PairsOptions Method(const std::string& method, int per_camera = 4) {
+  PairsOptions options;
+  options.method = method;
+  options.per_camera = per_camera;
+  return options;
+}
+
+int PartnerOf(const PairSelection& selection, int view) {
+  for (const CameraPair& pair : selection.pairs) {
+    if (pair.reference == view) return pair.second;
+  }
+  return -1;
+}
+
+// View 0 stands at -30 degrees; view 1 beside it, view 2 across the normal, view 3 across and far
+// away. All see the whole plane.
+Scene SymmetryScene() {
+  Scene scene = ArcScene({-30, -18, 30, 31});
+  scene.views[3].camera =
+      test::LookAt(2.2 * scene.views[3].camera.Center(), Eigen::Vector3d::Zero(), 100, 100, 100);
+  return scene;
+}
+
+TEST(PairSelection, PaperTakesTheSymmetricPartnerOfEqualResolution) {
+  EXPECT_EQ(PartnerOf(SelectPairs(SymmetryScene(), Plane(), Method("paper", 1)), 0), 2);
+  PairsOptions only_overlap = Method("paper", 1);
+  only_overlap.terms = "O";  // all the same: the first
+  EXPECT_EQ(PartnerOf(SelectPairs(SymmetryScene(), Plane(), only_overlap), 0), 1);
+}
+
+// Without the resolution term (or with the printed one, which is inert) the far camera at the
+// better angle wins.
+TEST(PairSelection, ThePrintedResolutionTermDoesNotSeeDistance) {
+  Scene scene = SymmetryScene();
+  scene.views[2].camera =
+      test::LookAt(ArcScene({10}).views[0].camera.Center(), Eigen::Vector3d::Zero(), 100, 100, 100);
+  PairsOptions options = Method("paper", 1);
+  options.terms = "OSPR";
+  EXPECT_EQ(PartnerOf(SelectPairs(scene, Plane(), options), 0), 2);
+  options.resolution_term = "printed";
+  EXPECT_EQ(PartnerOf(SelectPairs(scene, Plane(), options), 0), 3);
+}
+
+TEST(PairSelection, PerCameraGivesThatManyPartners) {
+  const Scene scene = ArcScene({-40, -30, -20, -10, 0, 10, 20, 30, 40});
+  for (const int partners : {1, 2, 4, 8}) {
+    for (const char* method : {"paper", "paper_strict"}) {
+      EXPECT_EQ(SelectPairs(scene, Plane(), Method(method, partners)).pairs.size(), 9U * partners);
+    }
+  }
+  EXPECT_EQ(SelectPairs(scene, Plane(), Method("all")).pairs.size(), 72U);
+}
+
+TEST(PairSelection, PaperStrictLeavesTheInitialPairs) {
+  const PairSelection selection =
+      SelectPairs(ArcScene({-40, -10, 0, 30, 60}), Plane(), Method("paper_strict", 1));
+  EXPECT_EQ(selection.pairs, selection.initial_pairs);
+  EXPECT_TRUE(selection.swaps.empty());
+}
+
+TEST(PairSelection, TolaCountsFrom10To30Degrees) {
+  Scene scene = ArcScene({0, 25, 50});
+  scene.points = {{Eigen::Vector3d::Zero(), {0, 1, 2}}};
+  EXPECT_EQ(SelectPairs(scene, Plane(), Method("tola", 2)).pairs.size(), 4U);
+  EXPECT_EQ(SelectPairs(scene, Plane(), Method("vu", 2)).pairs.size(), 6U);
+}
+
+TEST(PairSelection, TheSameForAnyNumberOfThreads) {
+  Scene scene;
+  for (const LevelView& level : test::RandomViews(160, 120)) {
+    View view;
+    view.name = "view" + std::to_string(scene.views.size());
+    view.camera = level.camera;
+    scene.views.push_back(view);
+  }
+  std::string before;
+  for (const int threads : {1, 2, 4}) {
+    SetThreadCount(threads);
+    const PairSurvey survey = SurveyPairs(scene, test::OccluderMesh(), SurveyOptions());
+    const PairSelection selection =
+        SelectPairs(scene, test::OccluderMesh(), Method("paper", 1), &survey);
+    const std::string json = PairsJson(scene, survey, selection).dump();
+    EXPECT_TRUE(before.empty() || json == before) << threads;
+    before = json;
+  }
+  SetThreadCount(0);
+}
+
+TEST(PairSelection, MeshMethodsNameTheFailingTest) {
+  EXPECT_EQ(ErrorOf(ArcScene({0}), Plane(), Method("paper")),
+            "no camera pair: the scene has one view only, view0; a pair needs two");
+  TriangleMesh away = Plane();
+  for (Eigen::Vector3d& vertex : away.vertices) vertex.x() += 1000;
+  EXPECT_EQ(ErrorOf(ArcScene({0, 30}), away, Method("paper")),
+            "no camera pair: none of the 2 views sees the front of a facet of the mesh");
+  // A wide plane of which the two views see ends that hardly meet.
+  TriangleMesh wide;
+  test::AppendGrid(&wide, 20, 0, 0, 8, [](double, double) { return 0.0; });
+  Scene scene;
+  for (const double x : {-2.4, 2.4}) {
+    View& view = scene.views.emplace_back();
+    view.name = x < 0 ? "left" : "right";
+    view.camera = test::LookAt({x, 0, 5}, {x, 0, 0}, 200, 200, 200);
+  }
+  const std::string error = ErrorOf(scene, wide, Method("paper"));
+  EXPECT_NE(error.find("left shares at most 3.75 %"), std::string::npos) << error;
+  EXPECT_NE(error.find("pairs.min_overlap asks for 5 %"), std::string::npos) << error;
+  PairsOptions lenient = Method("paper");
+  lenient.min_overlap = 0.01;
+  EXPECT_EQ(SelectPairs(scene, wide, lenient).pairs.size(), 2U);
+}
+
+TEST(PairsOptions, WhatDoesNotFitIsAnInputError) {
+  const auto error_of = [](const PairsOptions& options) -> std::string {
+    try {
+      options.Check();
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  PairsOptions options = Method("paper");
+  EXPECT_EQ(error_of(options), "");
+  options.terms = "OX";
+  EXPECT_EQ(error_of(options),
+            "pairs.terms = OX: must be letters of O, S, P, R, C, each at most once");
+  options.terms = "OO";
+  EXPECT_NE(error_of(options), "");
+  options.terms = "C";
+  EXPECT_EQ(error_of(options), "pairs.terms = C: needs one of O, S, P, R");
+  EXPECT_EQ(error_of(Method("file")), "pairs.file: must name a file for pairs.method = file");
+  options = Method("paper");
+  options.file = "pairs.json";
+  EXPECT_EQ(error_of(options), "pairs.file: is read by pairs.method = file only, not by paper");
+}
+
+class PairFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    path_ = std::filesystem::path(testing::TempDir()) /
+            (std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + ".json");
+  }
+  void TearDown() override { std::filesystem::remove(path_); }
+  void Write(const std::string& text) const { std::ofstream(path_) << text; }
+  std::string Error() const {
+    PairsOptions options = Method("file");
+    options.file = path_.string();
+    const std::string error = ErrorOf(ArcScene({0, 30, 60}), Plane(), options);
+    return error.substr(std::min(error.size(), path_.string().size()));
+  }
+  std::filesystem::path path_;
+};
+
+TEST_F(PairFile, ReadsBackWhatSelectWrites) {
+  const Scene scene = ArcScene({0, 30, 60});
+  const PairSurvey survey = SurveyPairs(scene, Plane(), SurveyOptions());
+  const PairSelection selection = SelectPairs(scene, Plane(), Method("paper", 2), &survey);
+  Write(PairsJson(scene, survey, selection).dump(2));
+  EXPECT_EQ(ReadPairFile(path_, scene), selection.pairs);
+  PairsOptions options = Method("file");
+  options.file = path_.string();
+  EXPECT_EQ(SelectPairs(scene, Plane(), options).pairs, selection.pairs);
+}
+
+TEST_F(PairFile, HandWrittenPairsNeedOnlyNames) {
+  Write(R"({"pairs": [{"reference": "view2", "second": "view0"}]})");
+  EXPECT_EQ(ReadPairFile(path_, ArcScene({0, 30, 60})), (std::vector<CameraPair>{{2, 0}}));
+}
+
+TEST_F(PairFile, FaultsNameFileElementAndReason) {
+  EXPECT_NE(Error(), "");  // missing
+  Write("{\"pairs\": [");
+  EXPECT_EQ(Error(), ": byte 12: not valid JSON");
+  Write("[]");
+  EXPECT_EQ(Error(), R"(: pairs: must be a list of {"reference": view, "second": view})");
+  Write(R"({"format": "other", "pairs": []})");
+  EXPECT_EQ(Error(), R"(: format: must be "burin pairs 1")");
+  Write(R"({"pairs": []})");
+  EXPECT_EQ(Error(), ": pairs: is empty");
+  Write(R"({"pairs": [{"reference": "view0"}]})");
+  EXPECT_EQ(Error(), ": pairs[0].second: must be the name of a view");
+  Write(R"({"pairs": [{"reference": "view0", "second": "view1"},
+                      {"reference": "view9", "second": "view1"}]})");
+  EXPECT_EQ(Error(), ": pairs[1].reference = 'view9': the scene has no such view");
+  Write(R"({"pairs": [{"reference": "view0", "second": "view0"}]})");
+  EXPECT_EQ(Error(), ": pairs[0] = view0, view0: one view twice");
+  Write(R"({"pairs": [{"reference": "view0", "second": "view1"},
+                      {"reference": "view0", "second": "view1"}]})");
+  EXPECT_EQ(Error(), ": pairs[1] = view0, view1: appears twice");
 }
 
 }  // namespace

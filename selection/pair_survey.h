@@ -1,0 +1,41 @@
+// What the mesh says about every camera pair: the terms of pair_terms.h averaged over Omega_ij, the
+// pixels of view i whose surface point view j sees too, and the facets that each view sees.
+//
+// Cost: one cast per view at a low resolution finds the facets each view sees; only pairs that share
+// one are integrated, over Omega_ij as the energy defines it (core/visibility.h), at that resolution.
+// docs/camera_pairs.md holds the error against full resolution and the growth with the views.
+#pragma once
+
+#include <vector>
+
+#include "core/mesh.h"
+#include "core/scene.h"
+#include "selection/facet_sets.h"
+#include "selection/pair_terms.h"
+
+namespace burin {
+
+struct SurveyOptions {
+  int resolution_px = 160;      // longer side of the images integrated over; never above the
+                                // view's own
+  double min_parallax_deg = 0;  // the range of PairMeasure::area_in_range, inclusive
+  double max_parallax_deg = 180;
+};
+
+struct PairSurvey {
+  int view_count = 0;
+  std::vector<PairMeasure> measures;  // (i, j) at i * view_count + j
+  std::vector<double> seen;           // share of each view's image that sees the front of the mesh
+  // A facet is seen by a view when it faces it and its centroid is visible or a pixel of the cast
+  // hits it.
+  FacetSets facets;
+
+  const PairMeasure& At(int i, int j) const {
+    return measures[static_cast<size_t>(i) * view_count + j];
+  }
+};
+
+// Means use the facet's normal as the normal of the surface. Depends on cameras and mesh only.
+PairSurvey SurveyPairs(const Scene& scene, const TriangleMesh& mesh, const SurveyOptions& options);
+
+}  // namespace burin

@@ -1,0 +1,171 @@
+#include "selection/pairs_options.h"
+
+#include "core/error.h"
+
+namespace burin {
+namespace {
+
+// The parallax range that a method counts, degrees.
+struct Range {
+  double min, max;
+};
+Range OwnRange(const std::string& method) {
+  if (method == "vu") return {20, 60};
+  if (method == "tola") return {10, 30};
+  return {8, 45};
+}
+
+bool Printed(const std::string& choice, const std::string& method) {
+  return choice == "preset" ? method == "paper_strict" : choice == "printed";
+}
+
+}  // namespace
+
+void PairsOptions::Describe(OptionSet* set) {
+  set->Add("pairs.method", &method,
+           "paper: energies of the mesh and Algorithm 1, corrected; paper_strict: as printed; vu, "
+           "tola, sparse_points: most common sparse points under 20-60, 10-30, 8-45 degrees; "
+           "mesh_parallax: most shared surface under 8-45 degrees; all: every pair that shares "
+           "surface; file: those of pairs.file; auto: sparse_points if there are points, else "
+           "mesh_parallax",
+           {"auto", "paper", "paper_strict", "vu", "tola", "sparse_points", "mesh_parallax", "all",
+            "file"});
+  set->Add("pairs.file", &file, "Pairs for the method file: pairs.json of burin select");
+  set->Add("pairs.per_camera", &per_camera, "Partners of each camera at most", 1, 1000);
+  set->Add("pairs.min_parallax_deg", &min_parallax_deg,
+           "Smallest parallax that counts, degrees; -1 = the method's own; not for paper", -1, 180);
+  set->Add("pairs.max_parallax_deg", &max_parallax_deg,
+           "Largest parallax that counts, degrees; -1 = the method's own; not for paper", -1, 180);
+  set->Add("pairs.survey_px", &survey_px,
+           "Longer side of the images over which methods by mesh integrate, pixels", 8, 65536);
+  set->Add("pairs.min_overlap", &min_overlap,
+           "Methods by mesh: least part of what a view sees of the mesh that its partner must see "
+           "too; -1 = the method's own (paper 0.05, others 0)",
+           -1, 1);
+  set->Add("pairs.terms", &terms,
+           "paper: what is switched on, as letters: O overlap, S symmetry, P parallax, R "
+           "resolution, C Algorithm 1 (coverage)");
+  set->Add("pairs.weight_parallax", &bpv.weight_parallax, "paper: mu_1, weight of E_p", 0, 1e6);
+  set->Add("pairs.weight_overlap", &bpv.weight_overlap, "paper: mu_2, weight of E_o", 0, 1e6);
+  set->Add("pairs.weight_symmetry", &bpv.weight_symmetry, "paper: mu_3, weight of E_s", 0, 1e6);
+  set->Add("pairs.weight_resolution", &bpv.weight_resolution, "paper: mu_4, weight of E_r", 0, 1e6);
+  set->Add("pairs.reference_parallax_deg", &bpv.reference_parallax_deg,
+           "paper: parallax of least E_p, degrees", 0, 180);
+  set->Add("pairs.sigma_parallax_deg", &bpv.sigma_parallax_deg, "paper: sigma_p, degrees", 0.1,
+           1e6);
+  set->Add("pairs.sigma_symmetry_deg", &bpv.sigma_symmetry_deg, "paper: sigma_s, degrees", 0.1,
+           1e6);
+  set->Add("pairs.sigma_resolution", &bpv.sigma_resolution, "paper: sigma_r", 1e-3, 1e6);
+  set->Add("pairs.energy_fraction", &swaps.energy_fraction,
+           "paper: share of the initial energy that must remain after swaps", 0, 1);
+  const std::string why = "; preset = paper corrected, paper_strict printed";
+  set->Add("pairs.overlap_area", &overlap_area,
+           "E_o divides by the image (printed), which only weakens the term where the mesh fills "
+           "little of it, or by the pixels that see the mesh (corrected)" +
+               why,
+           {"preset", "printed", "corrected"});
+  set->Add("pairs.symmetry_term", &symmetry_term,
+           "Oriented angle difference (a_i - a_j)/2 (printed), small also for cameras side by "
+           "side, or (a_i + s a_j)/2 (corrected)" +
+               why,
+           {"preset", "printed", "corrected"});
+  set->Add("pairs.symmetry_mean", &symmetry_mean,
+           "Mean of the signed differences (printed), which cancel where a view looks along the "
+           "normal, or of their magnitudes (corrected)" +
+               why,
+           {"preset", "printed", "corrected"});
+  set->Add("pairs.resolution_term", &resolution_term,
+           "Discrepancy of resolution over the distance (printed), about 0 for any focal length in "
+           "pixels, or relative (corrected)" +
+               why,
+           {"preset", "printed", "corrected"});
+  set->Add("pairs.energy_test", &energy_test,
+           "Algorithm 1 as a loop while the sum is above 0.9 of a negative sum (printed), which "
+           "never runs, or with the text's test of each swap (corrected)" +
+               why,
+           {"preset", "printed", "corrected"});
+  set->Add("pairs.used_partners", &used_partners,
+           "Algorithm 1's used partners begin empty (printed), so the present one is tried again, "
+           "or with the initial one (corrected)" +
+               why,
+           {"preset", "printed", "corrected"});
+  set->Add("pairs.swap_state", &swap_state,
+           "Algorithm 1 starts every swap from the initial pairs (printed), so that earlier ones "
+           "vanish, or from the present ones (corrected)" +
+               why,
+           {"preset", "printed", "corrected"});
+  set->Add("pairs.coverage_test", &coverage_test,
+           "A swap must raise the mean coverage (printed), or not lower it (corrected, the "
+           "authors' program)" +
+               why,
+           {"preset", "printed", "corrected"});
+  set->Add("pairs.coverage_facets", &coverage_facets,
+           "Coverage over all facets (printed), where those nobody sees tie the spread to the "
+           "mean, or over those that two views see (corrected)" +
+               why,
+           {"preset", "printed", "corrected"});
+}
+
+void PairsOptions::Check() const { Resolve(*this, true); }
+
+PairsRecipe Resolve(const PairsOptions& options, bool scene_has_points) {
+  PairsRecipe recipe;
+  recipe.method = options.method;
+  if (recipe.method == "auto") recipe.method = scene_has_points ? "sparse_points" : "mesh_parallax";
+  const std::string& method = recipe.method;
+  if (method == "file" && options.file.empty()) {
+    throw InputError("pairs.file: must name a file for pairs.method = file");
+  }
+  if (method != "file" && !options.file.empty()) {
+    throw InputError("pairs.file: is read by pairs.method = file only, not by " + options.method);
+  }
+  recipe.file = options.file;
+  recipe.per_camera = options.per_camera;
+  const Range own = OwnRange(method);
+  recipe.min_parallax_deg = options.min_parallax_deg >= 0 ? options.min_parallax_deg : own.min;
+  recipe.max_parallax_deg = options.max_parallax_deg >= 0 ? options.max_parallax_deg : own.max;
+  if (recipe.min_parallax_deg >= recipe.max_parallax_deg) {
+    throw InputError("pairs.min_parallax_deg: must be below pairs.max_parallax_deg");
+  }
+  recipe.min_overlap =
+      options.min_overlap >= 0 ? options.min_overlap : (method == "paper" ? 0.05 : 0);
+
+  recipe.bpv = options.bpv;
+  recipe.bpv.use_overlap = recipe.bpv.use_symmetry = false;
+  recipe.bpv.use_parallax = recipe.bpv.use_resolution = false;
+  for (const char letter : options.terms) {
+    bool* term = letter == 'O'   ? &recipe.bpv.use_overlap
+                 : letter == 'S' ? &recipe.bpv.use_symmetry
+                 : letter == 'P' ? &recipe.bpv.use_parallax
+                 : letter == 'R' ? &recipe.bpv.use_resolution
+                 : letter == 'C' ? &recipe.improve_coverage
+                                 : nullptr;
+    if (term == nullptr || *term) {
+      throw InputError("pairs.terms = " + options.terms +
+                       ": must be letters of O, S, P, R, C, each at most once");
+    }
+    *term = true;
+  }
+  if (!recipe.bpv.use_overlap && !recipe.bpv.use_symmetry && !recipe.bpv.use_parallax &&
+      !recipe.bpv.use_resolution) {
+    throw InputError("pairs.terms = " + options.terms + ": needs one of O, S, P, R");
+  }
+  recipe.bpv.overlap_of_image = Printed(options.overlap_area, method);
+  recipe.bpv.printed_symmetry = Printed(options.symmetry_term, method);
+  recipe.bpv.signed_symmetry = Printed(options.symmetry_mean, method);
+  recipe.bpv.printed_resolution = Printed(options.resolution_term, method);
+  recipe.swaps = options.swaps;
+  recipe.swaps.printed_energy_test = Printed(options.energy_test, method);
+  recipe.swaps.printed_used_partners = Printed(options.used_partners, method);
+  recipe.swaps.printed_state = Printed(options.swap_state, method);
+  recipe.swaps.printed_coverage_test = Printed(options.coverage_test, method);
+  recipe.swaps.printed_facets = Printed(options.coverage_facets, method);
+  recipe.survey.resolution_px = options.survey_px;
+  if (method == "mesh_parallax") {
+    recipe.survey.min_parallax_deg = recipe.min_parallax_deg;
+    recipe.survey.max_parallax_deg = recipe.max_parallax_deg;
+  }
+  return recipe;
+}
+
+}  // namespace burin
