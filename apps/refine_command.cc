@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/commands.h"
+#include "apps/debug_images.h"
 #include "apps/option_binding.h"
 #include "apps/output_folder.h"
 #include "apps/pipeline.h"
@@ -30,6 +31,7 @@ struct RefineCommand {
   std::string mesh_path;
   std::string output_path;
   bool pictures = false;
+  bool debug_images = false;
   void Run();
   void WritePictures(const std::filesystem::path& folder, const Scene& scene,
                      const TriangleMesh& before, const TriangleMesh& after) const;
@@ -92,6 +94,9 @@ void RefineCommand::Run() {
   progress.Begin(1);
   progress.Line("read " + std::to_string(scene.views.size()) + " views, " +
                 std::to_string(scene.points.size()) + " points; mesh: " + report.Brief());
+  std::vector<std::string> names;
+  for (const View& view : scene.views) names.push_back(view.name);
+  if (debug_images) std::filesystem::create_directories(folder / "debug");
   std::vector<RefinementEvent> events;
   RefinementHooks hooks;
   hooks.on_iteration = [&](const RefinementEvent& event) {
@@ -102,6 +107,11 @@ void RefineCommand::Run() {
   hooks.on_round = [&](const RoundContext& context, const TriangleMesh& now,
                        const RoundSummary& round) {
     progress.Line(RoundText(context, now, round));
+    if (debug_images && round.round == 0) {
+      const int level = static_cast<int>(std::lround(std::log2(
+          static_cast<double>(scene.views[0].camera.width) / (*context.views)[0].camera.width)));
+      WriteDebugImages(folder / "debug", level, context, options.photo, names);
+    }
   };
   const PipelineResult result = RunPipeline(scene, mesh, options, hooks);
   for (const std::string& warning : result.selection.warnings) {
@@ -140,6 +150,9 @@ void AddRefineCommand(CLI::App* program) {
       ->required();
   app->add_flag("--pictures", command->pictures,
                 "also write before_after.png: the middle view and both meshes seen from it");
+  app->add_flag("--debug.images", command->debug_images,
+                "also write debug/: per level and view, the taps its windows keep and its first "
+                "pair's errors with and without masks");
   BindOptions(&command->set, app);
   app->callback([command] { command->Run(); });
 }

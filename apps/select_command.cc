@@ -62,7 +62,7 @@ void SelectCommand::Run() {
   const TriangleMesh mesh = ReadMesh(mesh_path);
   CheckMeshIsSeen(scene, mesh, mesh_path);
   const auto start = std::chrono::steady_clock::now();
-  const PairsRecipe recipe = Resolve(options.pairs, !scene.points.empty());
+  const PairsRecipe recipe = Resolve(options.pairs);
   const PairSurvey survey = SurveyPairs(scene, mesh, recipe.survey);
   const PairSelection selection = SelectPairs(scene, mesh, options.pairs, &survey);
   const double seconds =
@@ -102,7 +102,6 @@ void AddSelectCommand(CLI::App* program) {
   CLI::App* app =
       program->add_subcommand("select", "choose camera pairs from the mesh and show why");
   const auto command = std::make_shared<SelectCommand>();
-  command->options.pairs.method = "paper";
   command->options.Describe(&command->set);
   app->add_option(
          "scene", command->scene_path,

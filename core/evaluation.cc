@@ -1,5 +1,7 @@
 #include "core/evaluation.h"
 
+#include <glog/logging.h>
+
 #include <algorithm>
 #include <cctype>
 #include <charconv>
@@ -116,6 +118,22 @@ double ShareWithin(const std::vector<double>& distances, double tau, std::int64_
   return of > 0 ? static_cast<double>(within) / static_cast<double>(of) : 0;
 }
 
+void AddGroups(const std::vector<double>& from_truth, const std::vector<char>& flags,
+               const std::vector<double>& thresholds, Evaluation* evaluation) {
+  std::vector<double> flagged;
+  std::vector<double> others;
+  for (size_t k = 0; k < from_truth.size(); ++k) {
+    (flags[k] != 0 ? flagged : others).push_back(from_truth[k]);
+  }
+  evaluation->grouped = true;
+  evaluation->flagged = Statistics(flagged);
+  evaluation->others = Statistics(others);
+  for (const double tau : thresholds) {
+    evaluation->flagged_recall.push_back(ShareWithin(flagged, tau, evaluation->flagged.count));
+    evaluation->others_recall.push_back(ShareWithin(others, tau, evaluation->others.count));
+  }
+}
+
 void CheckTruth(const Truth& truth) {
   if (truth.IsMesh()) return;
   if (truth.cloud.points.empty()) throw InputError("evaluation: the truth has no points");
@@ -230,8 +248,9 @@ std::vector<double> EvaluationOptions::Thresholds() const {
 }
 
 Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
-                        const EvaluationOptions& options) {
+                        const EvaluationOptions& options, const std::vector<char>& flags) {
   CheckTruth(truth);
+  CHECK(flags.empty() || (!truth.IsMesh() && flags.size() == truth.cloud.points.size()));
   const std::vector<double> thresholds = options.Thresholds();
   const bool has_normals = truth.IsMesh() || !truth.cloud.normals.empty();
   if (options.distance == "plane" && !has_normals) {
@@ -291,6 +310,7 @@ Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
     score.f1 = sum > 0 ? 2 * score.precision * score.recall / sum : 0;
     evaluation.scores.push_back(score);
   }
+  if (!flags.empty()) AddGroups(from_truth, flags, thresholds, &evaluation);
   return evaluation;
 }
 

@@ -100,6 +100,14 @@ struct Evaluation {
   DistanceStatistics completeness;
   std::vector<ThresholdScore> scores;  // one per tau, ascending
 
+  // With flags for the truth's points: completeness of those flagged and of the rest, and their
+  // shares closer than each tau.
+  bool grouped = false;
+  DistanceStatistics flagged;
+  DistanceStatistics others;
+  std::vector<double> flagged_recall;
+  std::vector<double> others_recall;
+
   bool rigid = false;
   RigidMotion mesh_from_truth;  // identity without a rigid fit
   double fit_angle_deg = 0;
@@ -109,8 +117,9 @@ struct Evaluation {
 
 // The protocol above. Throws InputError when the mesh or the truth has nothing to measure, the
 // options do not fit together (plane without normals), or the rigid fit finds no counterparts.
+// `flags`, one per point of a truth cloud (or empty), splits the completeness in two.
 Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
-                        const EvaluationOptions& options = {});
+                        const EvaluationOptions& options = {}, const std::vector<char>& flags = {});
 
 // Root mean square over area-uniform samples of `mesh` of the exact distance to `truth`, world
 // units. Throws InputError when either has no area.

@@ -53,6 +53,10 @@ std::string EvaluationReport(const Evaluation& evaluation) {
                    "points");
   report += StatisticsLine("accuracy (mesh to truth)", evaluation.accuracy, unit);
   report += StatisticsLine("completeness (truth to mesh)", evaluation.completeness, unit);
+  if (evaluation.grouped) {
+    report += StatisticsLine("  near occlusion boundaries", evaluation.flagged, unit);
+    report += StatisticsLine("  the rest", evaluation.others, unit);
+  }
   report += Format("\n%-28s %10s %10s %10s\n", "threshold", "precision", "recall", "F1");
   for (const ThresholdScore& score : evaluation.scores) {
     report += Format("%-28.6g %9.2f%% %9.2f%% %9.2f%%\n", score.tau / unit, 100 * score.precision,
@@ -83,6 +87,13 @@ nlohmann::json ToJson(const Evaluation& evaluation) {
            {"shift_at_centre", evaluation.fit_shift},
            {"converged", evaluation.fit_converged}};
   }
+  nlohmann::json boundary;  // null without flags
+  if (evaluation.grouped) {
+    boundary = {{"near", StatisticsJson(evaluation.flagged)},
+                {"rest", StatisticsJson(evaluation.others)},
+                {"near_recall", evaluation.flagged_recall},
+                {"rest_recall", evaluation.others_recall}};
+  }
   return {{"mesh",
            {{"vertices", evaluation.vertex_count},
             {"faces", evaluation.face_count},
@@ -95,6 +106,7 @@ nlohmann::json ToJson(const Evaluation& evaluation) {
           {"rigid_fit", fit},
           {"accuracy", StatisticsJson(evaluation.accuracy)},
           {"completeness", StatisticsJson(evaluation.completeness)},
+          {"boundary", boundary},
           {"scores", scores}};
 }
 

@@ -24,6 +24,11 @@ enum Field {
   kSumB,  // B = omega z / s_b^2
   kSumE,  // A mean_I - B mean_W
   kSumC,  // omega / s_b^2
+  // The same four, already added up per tap, of the windows that have a mask.
+  kDirectA,
+  kDirectB,
+  kDirectE,
+  kDirectC,
   kFieldCount
 };
 constexpr int kScratchRows = 6;
@@ -42,6 +47,43 @@ void BoxRow(const T* __restrict in, int columns, int radius, T* __restrict out) 
     for (int k = -radius; k <= radius; ++k) sum += in[x + k];
     out[x] = sum;
   }
+}
+
+// Sums over the taps of a window, and what follows from them.
+template <typename T>
+struct WindowScore {
+  T omega;  // 0 for a window that does not count
+  T cost;   // omega (1 - z)
+  T a;      // omega / (s_a s_b)
+  T b;      // omega z / s_b^2
+  T e;      // a mean_I - b mean_W
+  T c;      // omega / s_b^2
+};
+
+template <typename T>
+inline WindowScore<T> ScoreWindow(bool valid, T taps, T sum_i, T sum_w, T sum_ii, T sum_ww,
+                                  T sum_iw, T floor, T noise) {
+  const T n = valid ? taps : T(1);
+  const T inverse_n = T(1) / n;
+  const T mean_i = sum_i * inverse_n;
+  const T mean_w = sum_w * inverse_n;
+  const T variance_i = std::max(T(0), sum_ii - sum_i * mean_i);
+  const T variance_w = std::max(T(0), sum_ww - sum_w * mean_w);
+  const T covariance = sum_iw - sum_i * mean_w;
+  const T square_a = variance_i + n * floor;
+  const T square_b = variance_w + n * floor;
+  const T omega = valid ? square_a / (square_a + n * noise) : T(0);
+  const T inverse_ab = T(1) / std::sqrt(square_a * square_b);
+  const T inverse_bb = T(1) / square_b;
+  const T z = covariance * inverse_ab;
+  const T weight_a = omega * inverse_ab;
+  const T weight_b = omega * z * inverse_bb;
+  return {omega,
+          omega * (T(1) - z),
+          weight_a,
+          weight_b,
+          weight_a * mean_i - weight_b * mean_w,
+          omega * inverse_bb};
 }
 
 template <typename T>
@@ -68,6 +110,11 @@ void PairKernel<T>::WarpRow(const PairInput<T>& input, int y, bool derivatives) 
   std::fill(intensity, intensity + columns_, T(0));
   std::fill(warped, warped + columns_, T(0));
   std::fill(slope, slope + columns_, T(0));
+  if (input.masks != nullptr) {
+    for (int field = kDirectA; field <= kDirectC; ++field) {
+      std::fill(Row(field, y), Row(field, y) + columns_, T(0));
+    }
+  }
   Used(y) = 0;
   if (y < 0 || y >= input.height) return;
 
@@ -159,6 +206,64 @@ void PairKernel<T>::SumRow(int y) {
 }
 
 template <typename T>
+void PairKernel<T>::ScoreMaskedWindows(const PairInput<T>& input, int y, bool derivatives,
+                                       T* const window[6]) {
+  const WindowMasks& masks = *input.masks;
+  if (y < 0 || y >= input.height) return;
+  const int radius = input.radius;
+  const int side = 2 * radius + 1;
+  const int* columns = masks.column.data();
+  const size_t row_end = masks.row_start[y + 1];
+  size_t entry = static_cast<size_t>(
+      std::lower_bound(columns + masks.row_start[y], columns + row_end, x_begin_ + radius) -
+      columns);
+  const T* mask_row = Row(kMask, y);
+  taps_.resize(static_cast<size_t>(side) * side);
+  for (; entry < row_end && columns[entry] < x_begin_ + columns_ - radius; ++entry) {
+    const int x = columns[entry] - x_begin_;
+    if (mask_row[x] == T(0)) continue;
+    // Sums about the centre's values lose fewer digits.
+    const T centre_i = Row(kI, y)[x];
+    const T centre_w = Row(kW, y)[x];
+    int taps = 0;
+    T sums[5] = {0, 0, 0, 0, 0};
+    for (int word = 0; word < masks.words; ++word) {
+      for (uint64_t bits = masks.bits[entry * masks.words + word]; bits != 0; bits &= bits - 1) {
+        const int tap = 64 * word + __builtin_ctzll(bits);
+        const int tap_y = y + tap / side - radius;
+        const int tap_x = x + tap % side - radius;
+        if (Row(kMask, tap_y)[tap_x] == T(0)) continue;
+        taps_[taps++] = {tap_x, tap_y};
+        const T i = Row(kI, tap_y)[tap_x] - centre_i;
+        const T w = Row(kW, tap_y)[tap_x] - centre_w;
+        sums[0] += i;
+        sums[1] += w;
+        sums[2] += i * i;
+        sums[3] += w * w;
+        sums[4] += i * w;
+      }
+    }
+    const bool valid = taps >= input.min_taps;
+    if (!valid && input.full_below) continue;  // as ScoreRow left it
+    WindowScore<T> score =
+        ScoreWindow(valid, static_cast<T>(taps), sums[0], sums[1], sums[2], sums[3], sums[4],
+                    static_cast<T>(input.variance_floor), static_cast<T>(input.reliability_noise));
+    score.e += score.a * centre_i - score.b * centre_w;
+    window[0][x] = score.omega;
+    window[1][x] = score.cost;
+    for (int k = 2; k < 6; ++k) window[k][x] = T(0);
+    if (!derivatives || !valid) continue;
+    for (int t = 0; t < taps; ++t) {
+      const auto [tap_x, tap_y] = taps_[t];
+      Row(kDirectA, tap_y)[tap_x] += score.a;
+      Row(kDirectB, tap_y)[tap_x] += score.b;
+      Row(kDirectE, tap_y)[tap_x] += score.e;
+      Row(kDirectC, tap_y)[tap_x] += score.c;
+    }
+  }
+}
+
+template <typename T>
 int64_t PairKernel<T>::ScoreRow(const PairInput<T>& input, const Tile& tile, int y,
                                 bool derivatives, PixelFields<T>* fields) {
   const int radius = input.radius;
@@ -190,31 +295,19 @@ int64_t PairKernel<T>::ScoreRow(const PairInput<T>& input, const Tile& tile, int
   const T floor = static_cast<T>(input.variance_floor);
   const T noise = static_cast<T>(input.reliability_noise);
   const T min_taps = static_cast<T>(input.min_taps);
-  // Overwrites the sums: count -> omega, sum_i -> 1 - z, and A, B, E, C in the order of the fields.
+  // Overwrites the sums: count -> omega, sum_i -> cost, and A, B, E, C in the order of the fields.
   for (int x = begin; x < end; ++x) {
     const bool valid = mask[x] != T(0) && count[x] >= min_taps;
-    const T n = valid ? count[x] : T(1);
-    const T inverse_n = T(1) / n;
-    const T mean_i = sum_i[x] * inverse_n;
-    const T mean_w = sum_w[x] * inverse_n;
-    const T variance_i = std::max(T(0), sum_ii[x] - sum_i[x] * mean_i);
-    const T variance_w = std::max(T(0), sum_ww[x] - sum_w[x] * mean_w);
-    const T covariance = sum_iw[x] - sum_i[x] * mean_w;
-    const T square_a = variance_i + n * floor;
-    const T square_b = variance_w + n * floor;
-    const T omega = valid ? square_a / (square_a + n * noise) : T(0);
-    const T inverse_ab = T(1) / std::sqrt(square_a * square_b);
-    const T inverse_bb = T(1) / square_b;
-    const T z = covariance * inverse_ab;
-    const T weight_a = omega * inverse_ab;
-    const T weight_b = omega * z * inverse_bb;
-    count[x] = omega;
-    sum_i[x] = omega * (T(1) - z);
-    sum_w[x] = weight_a;
-    sum_ii[x] = weight_b;
-    sum_ww[x] = weight_a * mean_i - weight_b * mean_w;
-    sum_iw[x] = omega * inverse_bb;
+    const WindowScore<T> score = ScoreWindow(valid, count[x], sum_i[x], sum_w[x], sum_ii[x],
+                                             sum_ww[x], sum_iw[x], floor, noise);
+    count[x] = score.omega;
+    sum_i[x] = score.cost;
+    sum_w[x] = score.a;
+    sum_ii[x] = score.b;
+    sum_ww[x] = score.e;
+    sum_iw[x] = score.c;
   }
+  if (input.masks != nullptr) ScoreMaskedWindows(input, y, derivatives, window);
   int64_t counted = 0;
   if (y >= tile.y0 && y < tile.y1) {
     T* __restrict cost = fields->cost.data() + static_cast<size_t>(y) * input.width + x_begin_;
@@ -249,6 +342,7 @@ void PairKernel<T>::DifferentiateRow(const PairInput<T>& input, const Tile& tile
     for (int row = y - radius + 1; row <= y + radius; ++row) {
       AddRow(Row(kSumA + k, row), begin, end, sums[k]);
     }
+    if (input.masks != nullptr) AddRow(Row(kDirectA + k, y), begin, end, sums[k]);
   }
   const T* __restrict intensity = Row(kI, y);
   const T* __restrict warped = Row(kW, y);

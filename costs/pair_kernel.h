@@ -1,7 +1,7 @@
 // Where pixels become a gradient: one camera pair over one tile of the reference image.
 //
 // For every pixel p of the tile in Omega_ij, with N(p) the square window, M_p the taps of N(p) in
-// Omega_ij, a = I|M_p and b = W|M_p made zero-mean, n = |M_p|, and the variance floor e^2:
+// Omega_ij that p's occlusion mask keeps (costs/occlusion_mask.h), a = I|M_p and b = W|M_p made zero-mean, n = |M_p|, and the variance floor e^2:
 //
 //   s_a^2 = |a|^2 + n e^2,  s_b^2 = |b|^2 + n e^2,  z_p = a.b / (s_a s_b)
 //   E    = sum_p  omega_p (1 - z_p)                         omega_p = s_a^2 / (s_a^2 + n nu)
@@ -17,13 +17,16 @@
 //   slope(y)     += dE/dW(y) D(y) = dE/ds(y)
 //   curvature(y) += w(y) D(y)^2.
 //
-// All window sums are separable box sums streamed over rows; nothing per pair is kept. Held
-// constant: Omega_ij, the reference image, the noise constants.
+// All window sums are separable box sums streamed over rows; nothing per pair is kept. Only windows
+// whose mask drops a tap are summed tap by tap, and spread their share of dE/dW tap by tap. Held
+// constant: Omega_ij, the masks, the reference image, the noise constants.
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
+#include "costs/occlusion_mask.h"
 #include "costs/spline_image.h"
 
 namespace burin {
@@ -44,6 +47,8 @@ struct PairInput {
   double variance_floor = 0;               // e^2, squared grey levels per tap
   double reliability_noise = 0;            // nu, squared grey levels per tap; 0 switches omega to 1
   int min_taps = 1;                        // windows with fewer taps are left out
+  const WindowMasks* masks = nullptr;      // of the reference view; null = all windows are full
+  bool full_below = false;                 // masked windows with fewer taps are used in full
 };
 
 // Per-pixel sums over the pairs of one reference view.
@@ -71,6 +76,9 @@ class PairKernel {
  private:
   void WarpRow(const PairInput<T>& input, int y, bool derivatives);
   void SumRow(int y);
+  // Replaces what ScoreRow made of the windows of row y that have a mask, in the order of its
+  // arrays, and adds their derivatives to the kDirect rows of their taps.
+  void ScoreMaskedWindows(const PairInput<T>& input, int y, bool derivatives, T* const window[6]);
   int64_t ScoreRow(const PairInput<T>& input, const Tile& tile, int y, bool derivatives,
                    PixelFields<T>* fields);
   void DifferentiateRow(const PairInput<T>& input, const Tile& tile, int y, PixelFields<T>* fields);
@@ -88,7 +96,8 @@ class PairKernel {
   size_t stride_ = 0;
   std::vector<T> rows_;
   std::vector<T> scratch_;
-  std::vector<char> used_;  // the row has a pixel in Omega_ij
+  std::vector<char> used_;                 // the row has a pixel in Omega_ij
+  std::vector<std::pair<int, int>> taps_;  // column held and row of the taps of one window
 };
 
 extern template class PairKernel<float>;

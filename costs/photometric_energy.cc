@@ -80,6 +80,7 @@ void PhotometricOptions::Describe(OptionSet* set) {
            "Windows with a smaller share of valid taps are left out", 0, 1);
   set->Add("photo.double_precision", &double_precision,
            "Pixel fields in double precision (slower; for derivative checks)");
+  mask.Describe(set);
 }
 
 // Everything that does not depend on the precision of the fields.
@@ -89,6 +90,8 @@ struct PhotometricEnergy::Shared {
   virtual void BeginLevel() = 0;
   virtual void EvaluateView(int view, bool derivatives) = 0;
 
+  void FreezeMasks();
+
   // cost and derivatives of all views at `positions`.
   double Evaluate(const std::vector<Eigen::Vector3d>& vertices, bool derivatives);
 
@@ -96,6 +99,9 @@ struct PhotometricEnergy::Shared {
   const std::vector<LevelView>* views = nullptr;
   const RoundContext* context = nullptr;
   std::vector<std::vector<ViewTile>> tiles;  // per view
+  std::vector<WindowMasks> masks;            // per view
+  int64_t reference_pixels = 0;              // of all views: windows that could have a mask
+  double mask_seconds = 0;
   std::vector<Eigen::Vector3d>* parameters = nullptr;
   std::vector<PatchCost*> patches;  // owned by the round's problem
 
@@ -167,6 +173,8 @@ struct PhotometricEnergy::State : public PhotometricEnergy::Shared {
       const double noise_j = (*views)[second].noise_sigma;
       input.reliability_noise = options.reliability * (noise_i * noise_i + noise_j * noise_j);
       const double taps = options.window * options.window;
+      if (masks[view].size() > 0) input.masks = &masks[view];
+      input.full_below = options.mask.below == "full";
       input.min_taps = std::max(2, static_cast<int>(std::ceil(options.min_valid_share * taps)));
     }
     std::atomic<int64_t> counted{0};
@@ -228,6 +236,21 @@ struct PhotometricEnergy::State : public PhotometricEnergy::Shared {
   PixelFields<T> fields;
 };
 
+void PhotometricEnergy::Shared::FreezeMasks() {
+  const auto start = std::chrono::steady_clock::now();
+  const MaskMode mode = MaskModeNamed(options.mask.mode);
+  masks.assign(views->size(), WindowMasks());
+  reference_pixels = 0;
+  for (size_t i = 0; i < views->size(); ++i) {
+    const ViewDomain& domain = (*context->domains)[i];
+    reference_pixels += static_cast<int64_t>(domain.pixel.size());
+    if (tiles[i].empty() || mode == MaskMode::kNone) continue;
+    masks[i] = MakeWindowMasks(MakeDepthPlanes(domain, *context->mesh, (*views)[i].camera),
+                               options.window / 2, mode, options.mask.plane_px);
+  }
+  mask_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
 double PhotometricEnergy::Shared::Evaluate(const std::vector<Eigen::Vector3d>& vertices,
                                            bool derivatives) {
   CHECK(context != nullptr);
@@ -279,6 +302,7 @@ void PhotometricEnergy::BeginRound(const RoundContext& context) {
   shared_->context = &context;
   shared_->tiles.clear();
   for (const ViewDomain& domain : *context.domains) shared_->tiles.push_back(CutTiles(domain));
+  shared_->FreezeMasks();
   shared_->have_energy = false;
   shared_->have_derivatives = false;
   shared_->linearized = false;
@@ -319,8 +343,13 @@ double PhotometricEnergy::Evaluate(const std::vector<Eigen::Vector3d>& vertices,
 }
 
 nlohmann::json PhotometricEnergy::RoundReport() const {
+  int64_t masked = 0;
+  for (const WindowMasks& masks : shared_->masks) masked += static_cast<int64_t>(masks.size());
+  const auto all = static_cast<double>(std::max<int64_t>(1, shared_->reference_pixels));
   return {{"evaluations", shared_->evaluations},
           {"valid_windows", shared_->windows},
+          {"masked_window_share", static_cast<double>(masked) / all},
+          {"mask_seconds", shared_->mask_seconds},
           {"evaluation_seconds", shared_->seconds}};
 }
 
@@ -330,5 +359,6 @@ const std::vector<Eigen::Vector3d>& PhotometricEnergy::facet_normals() const {
 }
 const RoundContext& PhotometricEnergy::context() const { return *shared_->context; }
 int64_t PhotometricEnergy::valid_windows() const { return shared_->windows; }
+const WindowMasks& PhotometricEnergy::masks(int view) const { return shared_->masks[view]; }
 
 }  // namespace burin

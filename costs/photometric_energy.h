@@ -14,7 +14,7 @@
 // with n the facet's area normal at the evaluated positions. H is the majorised Gauss-Newton
 // matrix: H - (Gauss-Newton matrix of the windows) is positive semi-definite. Sums are in double,
 // fields in single precision unless options ask for double. Held constant during a round: which
-// facet each pixel sees, Omega_ij, window weights.
+// facet each pixel sees, Omega_ij, occlusion masks, window weights.
 #pragma once
 
 #include <ceres/evaluation_callback.h>
@@ -26,6 +26,7 @@
 
 #include "core/energy_term.h"
 #include "core/options.h"
+#include "costs/occlusion_mask.h"
 
 namespace burin {
 
@@ -35,6 +36,7 @@ struct PhotometricOptions {
   double reliability = 0;         // nu = reliability * (noise_i^2 + noise_j^2)
   double min_valid_share = 0.6;   // of the window's taps
   bool double_precision = false;  // fields in double, for derivative checks
+  MaskOptions mask;
   void Describe(OptionSet* set);
 };
 
@@ -72,7 +74,8 @@ class PhotometricEnergy : public EnergyTerm, public ceres::EvaluationCallback {
   const std::vector<Eigen::Vector3d>& facet_normals() const;
   const RoundContext& context() const;
 
-  int64_t valid_windows() const;  // windows that counted in the last evaluation
+  int64_t valid_windows() const;             // windows that counted in the last evaluation
+  const WindowMasks& masks(int view) const;  // of the round
 
  private:
   template <typename T>

@@ -1,5 +1,6 @@
 #include "costs/warp_picture.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "costs/spline_image.h"
@@ -60,6 +61,74 @@ WarpPicture MakeWarpPicture(const std::vector<LevelView>& views, int reference,
     }
   }
   picture.mean_residual = total / n;
+  return picture;
+}
+
+cv::Mat1f WindowErrors(const cv::Mat1f& image, const WarpPicture& pair,
+                       const PhotometricOptions& options, const WindowMasks* masks) {
+  const int radius = options.window / 2;
+  const double min_taps =
+      std::max(2.0, std::ceil(options.min_valid_share * options.window * options.window));
+  cv::Mat1f errors(image.size(), 0.0F);
+  for (int y = 0; y < image.rows; ++y) {
+    size_t entry = masks != nullptr ? masks->row_start[y] : 0;
+    for (int x = 0; x < image.cols; ++x) {
+      bool masked = false;
+      if (masks != nullptr) {
+        while (entry < masks->row_start[y + 1] && masks->column[entry] < x) ++entry;
+        masked = entry < masks->row_start[y + 1] && masks->column[entry] == x;
+      }
+      if (pair.valid(y, x) == 0) continue;
+      double n = 0;
+      double sum[5] = {0, 0, 0, 0, 0};
+      for (int v = std::max(0, y - radius); v <= std::min(image.rows - 1, y + radius); ++v) {
+        for (int u = std::max(0, x - radius); u <= std::min(image.cols - 1, x + radius); ++u) {
+          if (pair.valid(v, u) == 0 || (masked && !masks->Has(entry, u - x, v - y))) continue;
+          const double i = image(v, u);
+          const double w = pair.warped(v, u);
+          n += 1;
+          sum[0] += i;
+          sum[1] += w;
+          sum[2] += i * i;
+          sum[3] += w * w;
+          sum[4] += i * w;
+        }
+      }
+      if (n < min_taps) continue;
+      const double floor = n * options.variance_floor;
+      const double square_i = sum[2] - sum[0] * sum[0] / n + floor;
+      const double square_w = sum[3] - sum[1] * sum[1] / n + floor;
+      const double z = (sum[4] - sum[0] * sum[1] / n) / std::sqrt(square_i * square_w);
+      errors(y, x) = static_cast<float>(1 - z);
+    }
+  }
+  return errors;
+}
+
+cv::Mat3b KeptTapsPicture(const cv::Mat1f& image, const ViewDomain& domain,
+                          const WindowMasks& masks) {
+  const int side = 2 * masks.radius + 1;
+  cv::Mat1f kept(image.size(), 0.0F);
+  for (const uint32_t p : domain.pixel) {
+    kept(static_cast<int>(p) / domain.width, static_cast<int>(p) % domain.width) = 1;
+  }
+  for (int y = 0; y < image.rows && masks.size() > 0; ++y) {
+    for (size_t entry = masks.row_start[y]; entry < masks.row_start[y + 1]; ++entry) {
+      int taps = 0;
+      for (int word = 0; word < masks.words; ++word) {
+        taps += __builtin_popcountll(masks.bits[entry * masks.words + word]);
+      }
+      kept(y, masks.column[entry]) = static_cast<float>(taps) / static_cast<float>(side * side);
+    }
+  }
+  cv::Mat3b picture(image.size());
+  for (int y = 0; y < image.rows; ++y) {
+    for (int x = 0; x < image.cols; ++x) {
+      const float grey = image(y, x);
+      const auto other = cv::saturate_cast<uchar>(grey * (1 - 0.8F * kept(y, x)));
+      picture(y, x) = {other, other, cv::saturate_cast<uchar>(grey + (255 - grey) * kept(y, x))};
+    }
+  }
   return picture;
 }
 

@@ -1,10 +1,11 @@
 // Pictures of what the photometric energy measures: the second image warped through the surface
-// into the reference, and what remains of the difference.
+// into the reference, what remains of the difference, and what occlusion masks make of it.
 #pragma once
 
 #include <opencv2/core.hpp>
 
 #include "core/energy_term.h"
+#include "costs/photometric_energy.h"
 
 namespace burin {
 
@@ -18,5 +19,15 @@ struct WarpPicture {
 // `partner` indexes domain.seconds; mesh, views and domain are of one frozen round.
 WarpPicture MakeWarpPicture(const std::vector<LevelView>& views, int reference,
                             const ViewDomain& domain, int partner, const TriangleMesh& mesh);
+
+// 1 - ZNCC of the window around every pixel of a pair, as the energy counts it; 0 where the window
+// does not count. With `masks` of the reference view, over the taps they keep.
+cv::Mat1f WindowErrors(const cv::Mat1f& image, const WarpPicture& pair,
+                       const PhotometricOptions& options, const WindowMasks* masks);
+
+// The reference image in grey, redder the more taps the window around a pixel keeps (the paper's
+// figure of masks); grey where there is no surface.
+cv::Mat3b KeptTapsPicture(const cv::Mat1f& image, const ViewDomain& domain,
+                          const WindowMasks& masks);
 
 }  // namespace burin

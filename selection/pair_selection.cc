@@ -123,7 +123,7 @@ std::vector<double> PairEnergyTable(const PairSurvey& survey, const PairsRecipe&
 PairSelection SelectPairs(const Scene& scene, const TriangleMesh& mesh, const PairsOptions& options,
                           const PairSurvey* survey) {
   PairSelection selection;
-  selection.recipe = Resolve(options, !scene.points.empty());
+  selection.recipe = Resolve(options);
   const PairsRecipe& recipe = selection.recipe;
   const auto n = static_cast<int>(scene.views.size());
   if (n < 2) {
@@ -139,7 +139,7 @@ PairSelection SelectPairs(const Scene& scene, const TriangleMesh& mesh, const Pa
   if (recipe.UsesSparsePoints()) {
     if (scene.points.empty()) {
       throw InputError("pairs.method = " + recipe.method +
-                       ": the scene has no sparse points; take paper or mesh_parallax");
+                       ": the scene has no sparse points; take tuned");
     }
     selection.pairs = SparsePointPairs(scene, recipe.per_camera, recipe.min_parallax_deg,
                                        recipe.max_parallax_deg);

@@ -16,7 +16,7 @@
 namespace burin {
 
 struct SurveyOptions {
-  int resolution_px = 160;      // longer side of the images integrated over; never above the
+  int resolution_px = 128;      // longer side of the images integrated over; never above the
                                 // view's own
   double min_parallax_deg = 0;  // the range of PairMeasure::area_in_range, inclusive
   double max_parallax_deg = 180;

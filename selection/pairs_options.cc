@@ -22,14 +22,15 @@ bool Printed(const std::string& choice, const std::string& method) {
 }  // namespace
 
 void PairsOptions::Describe(OptionSet* set) {
-  set->Add("pairs.method", &method,
-           "paper: energies of the mesh and Algorithm 1, corrected; paper_strict: as printed; vu, "
-           "tola, sparse_points: most common sparse points under 20-60, 10-30, 8-45 degrees; "
-           "mesh_parallax: most shared surface under 8-45 degrees; all: every pair that shares "
-           "surface; file: those of pairs.file; auto: sparse_points if there are points, else "
-           "mesh_parallax",
-           {"auto", "paper", "paper_strict", "vu", "tola", "sparse_points", "mesh_parallax", "all",
-            "file"});
+  set->Add(
+      "pairs.method", &method,
+      "paper: energies of the mesh and Algorithm 1, corrected; paper_strict: as printed; tuned: "
+      "those of paper around a parallax of 20 degrees; vu, tola, sparse_points: "
+      "most common sparse points under 20-60, 10-30, 8-45 degrees; mesh_parallax: most shared "
+      "surface under 8-45 degrees; all: every pair that shares surface; file: those of "
+      "pairs.file",
+      {"tuned", "paper", "paper_strict", "vu", "tola", "sparse_points", "mesh_parallax", "all",
+       "file"});
   set->Add("pairs.file", &file, "Pairs for the method file: pairs.json of burin select");
   set->Add("pairs.per_camera", &per_camera, "Partners of each camera at most", 1, 1000);
   set->Add("pairs.min_parallax_deg", &min_parallax_deg,
@@ -40,25 +41,24 @@ void PairsOptions::Describe(OptionSet* set) {
            "Longer side of the images over which methods by mesh integrate, pixels", 8, 65536);
   set->Add("pairs.min_overlap", &min_overlap,
            "Methods by mesh: least part of what a view sees of the mesh that its partner must see "
-           "too; -1 = the method's own (paper 0.05, others 0)",
+           "too; -1 = the method's own (tuned, paper 0.05, others 0)",
            -1, 1);
   set->Add("pairs.terms", &terms,
-           "paper: what is switched on, as letters: O overlap, S symmetry, P parallax, R "
-           "resolution, C Algorithm 1 (coverage)");
-  set->Add("pairs.weight_parallax", &bpv.weight_parallax, "paper: mu_1, weight of E_p", 0, 1e6);
-  set->Add("pairs.weight_overlap", &bpv.weight_overlap, "paper: mu_2, weight of E_o", 0, 1e6);
-  set->Add("pairs.weight_symmetry", &bpv.weight_symmetry, "paper: mu_3, weight of E_s", 0, 1e6);
-  set->Add("pairs.weight_resolution", &bpv.weight_resolution, "paper: mu_4, weight of E_r", 0, 1e6);
-  set->Add("pairs.reference_parallax_deg", &bpv.reference_parallax_deg,
-           "paper: parallax of least E_p, degrees", 0, 180);
-  set->Add("pairs.sigma_parallax_deg", &bpv.sigma_parallax_deg, "paper: sigma_p, degrees", 0.1,
-           1e6);
-  set->Add("pairs.sigma_symmetry_deg", &bpv.sigma_symmetry_deg, "paper: sigma_s, degrees", 0.1,
-           1e6);
-  set->Add("pairs.sigma_resolution", &bpv.sigma_resolution, "paper: sigma_r", 1e-3, 1e6);
+           "What is switched on, as letters: O overlap, S symmetry, P parallax, R resolution, C "
+           "Algorithm 1 (coverage)");
+  set->Add("pairs.weight_parallax", &bpv.weight_parallax, "mu_1, weight of E_p", 0, 1e6);
+  set->Add("pairs.weight_overlap", &bpv.weight_overlap, "mu_2, weight of E_o", 0, 1e6);
+  set->Add("pairs.weight_symmetry", &bpv.weight_symmetry, "mu_3, weight of E_s", 0, 1e6);
+  set->Add("pairs.weight_resolution", &bpv.weight_resolution, "mu_4, weight of E_r", 0, 1e6);
+  set->Add("pairs.reference_parallax_deg", &reference_parallax_deg,
+           "Parallax of least E_p, degrees; -1 = the method's own (tuned 20, paper 50)", -1, 180);
+  set->Add("pairs.sigma_parallax_deg", &sigma_parallax_deg,
+           "sigma_p, degrees; -1 = the method's own (tuned 10, paper 45)", -1, 1e6);
+  set->Add("pairs.sigma_symmetry_deg", &bpv.sigma_symmetry_deg, "sigma_s, degrees", 0.1, 1e6);
+  set->Add("pairs.sigma_resolution", &bpv.sigma_resolution, "sigma_r", 1e-3, 1e6);
   set->Add("pairs.energy_fraction", &swaps.energy_fraction,
-           "paper: share of the initial energy that must remain after swaps", 0, 1);
-  const std::string why = "; preset = paper corrected, paper_strict printed";
+           "Algorithm 1: share of the initial energy that must remain after swaps", 0, 1);
+  const std::string why = "; preset = printed for paper_strict, else corrected";
   set->Add("pairs.overlap_area", &overlap_area,
            "E_o divides by the image (printed), which only weakens the term where the mesh fills "
            "little of it, or by the pixels that see the mesh (corrected)" +
@@ -106,12 +106,11 @@ void PairsOptions::Describe(OptionSet* set) {
            {"preset", "printed", "corrected"});
 }
 
-void PairsOptions::Check() const { Resolve(*this, true); }
+void PairsOptions::Check() const { Resolve(*this); }
 
-PairsRecipe Resolve(const PairsOptions& options, bool scene_has_points) {
+PairsRecipe Resolve(const PairsOptions& options) {
   PairsRecipe recipe;
   recipe.method = options.method;
-  if (recipe.method == "auto") recipe.method = scene_has_points ? "sparse_points" : "mesh_parallax";
   const std::string& method = recipe.method;
   if (method == "file" && options.file.empty()) {
     throw InputError("pairs.file: must name a file for pairs.method = file");
@@ -127,10 +126,19 @@ PairsRecipe Resolve(const PairsOptions& options, bool scene_has_points) {
   if (recipe.min_parallax_deg >= recipe.max_parallax_deg) {
     throw InputError("pairs.min_parallax_deg: must be below pairs.max_parallax_deg");
   }
-  recipe.min_overlap =
-      options.min_overlap >= 0 ? options.min_overlap : (method == "paper" ? 0.05 : 0);
+  recipe.min_overlap = options.min_overlap >= 0
+                           ? options.min_overlap
+                           : (method == "paper" || method == "tuned" ? 0.05 : 0);
 
   recipe.bpv = options.bpv;
+  const bool tuned = method == "tuned";
+  recipe.bpv.reference_parallax_deg =
+      options.reference_parallax_deg >= 0 ? options.reference_parallax_deg : (tuned ? 20 : 50);
+  recipe.bpv.sigma_parallax_deg =
+      options.sigma_parallax_deg >= 0 ? options.sigma_parallax_deg : (tuned ? 10 : 45);
+  if (recipe.bpv.sigma_parallax_deg == 0) {
+    throw InputError("pairs.sigma_parallax_deg = 0: must be positive, or -1");
+  }
   recipe.bpv.use_overlap = recipe.bpv.use_symmetry = false;
   recipe.bpv.use_parallax = recipe.bpv.use_resolution = false;
   for (const char letter : options.terms) {

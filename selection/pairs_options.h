@@ -12,15 +12,17 @@
 namespace burin {
 
 struct PairsOptions {
-  std::string method = "auto";
+  std::string method = "tuned";
   std::string file;  // of the method "file"
   int per_camera = 4;
   double min_parallax_deg = -1;  // -1 = the method's own
   double max_parallax_deg = -1;
-  int survey_px = 160;
+  int survey_px = 128;
   double min_overlap = -1;  // -1 = the method's own
   std::string terms = "OSPRC";
-  BpvOptions bpv;                       // the numbers in it
+  double reference_parallax_deg = -1;  // -1 = the method's own
+  double sigma_parallax_deg = -1;
+  BpvOptions bpv;                       // the other numbers in it
   SwapOptions swaps;                    // the number in it
   std::string overlap_area = "preset";  // and the switches where the print contradicts itself
   std::string symmetry_term = "preset";
@@ -40,7 +42,7 @@ struct PairsOptions {
 
 // A PairsOptions with every preset, -1 and letter replaced by what it stands for.
 struct PairsRecipe {
-  std::string method;  // never "auto"
+  std::string method;
   std::string file;
   int per_camera = 0;
   double min_parallax_deg = 0;  // methods by sparse points and mesh_parallax
@@ -54,10 +56,12 @@ struct PairsRecipe {
   bool UsesSparsePoints() const {
     return method == "vu" || method == "tola" || method == "sparse_points";
   }
-  bool UsesEnergies() const { return method == "paper" || method == "paper_strict"; }
+  bool UsesEnergies() const {
+    return method == "tuned" || method == "paper" || method == "paper_strict";
+  }
 };
 
 // Throws as Check() does.
-PairsRecipe Resolve(const PairsOptions& options, bool scene_has_points);
+PairsRecipe Resolve(const PairsOptions& options);
 
 }  // namespace burin

@@ -97,7 +97,8 @@ TEST_F(CliTest, HelpAndVersionSucceed) {
   EXPECT_EQ(Run({"--version"}).exit_code, 0);
   const Outcome help = Run({"--help"});
   EXPECT_EQ(help.exit_code, 0);
-  for (const char* command : {"demo", "refine", "synth", "evaluate", "solvers", "options"}) {
+  for (const char* command :
+       {"demo", "refine", "select", "synth", "evaluate", "solvers", "options"}) {
     EXPECT_THAT(help.out, HasSubstr(command));
     const Outcome outcome = Run({command, "--help"});
     EXPECT_EQ(outcome.exit_code, 0) << command;
@@ -268,11 +269,47 @@ TEST_F(RefineErrorsTest, InvertedMesh) {
 TEST_F(RefineErrorsTest, NoPairsSaysWhichTestFails) {
   const Outcome outcome =
       Run({"refine", In("scene"), "--mesh", In("scene/init.ply"), "--output", In("new/out"),
-           "--pairs.min_parallax_deg", "179", "--pairs.max_parallax_deg", "180"});
+           "--pairs.method", "sparse_points", "--pairs.min_parallax_deg", "179",
+           "--pairs.max_parallax_deg", "180"});
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_THAT(outcome.err, HasSubstr("burin: error: no camera pair: view_000.png"));
   EXPECT_THAT(outcome.err, HasSubstr("parallax"));
   EXPECT_FALSE(std::filesystem::exists(In("new"))) << "folders that were made are removed again";
+}
+
+TEST_F(RefineErrorsTest, OptionsThatDoNotFitAreRefusedBeforeAnythingIsRead) {
+  ExpectRefused({"refine", In("absent"), "--mesh", In("absent.ply"), "--output", In("new"),
+                 "--pairs.terms", "XYZ"},
+                {"pairs.terms = XYZ"});
+  ExpectRefused({"select", In("absent"), "--mesh", In("absent.ply"), "--output", In("new"),
+                 "--pairs.method", "file"},
+                {"pairs.file: must name a file"});
+  EXPECT_FALSE(std::filesystem::exists(In("new")));
+}
+
+// burin select needs no photographs; what it writes is what refine --pairs.method file uses.
+TEST_F(RefineErrorsTest, SelectedPairsAreRefinedWith) {
+  std::filesystem::rename(In("scene/images"), In("images"));
+  const Outcome select = Run({"select", In("scene"), "--mesh", In("scene/init.ply"), "--output",
+                              In("pairs"), "--pairs.per_camera", "2"});
+  EXPECT_EQ(select.exit_code, 0) << select.err;
+  for (const char* file : {"graph.png", "coverage.png", "energy_matrix.png", "pair_terms.csv"}) {
+    EXPECT_TRUE(std::filesystem::exists(In("pairs") + "/" + file)) << file;
+  }
+  std::filesystem::rename(In("images"), In("scene/images"));
+  const nlohmann::json pairs = nlohmann::json::parse(ReadAll(In("pairs/pairs.json")));
+  EXPECT_EQ(pairs["method"], "tuned");
+  const Outcome refine = Run({"refine", In("scene"), "--mesh", In("scene/init.ply"), "--output",
+                              In("out"), "--pairs.method", "file", "--pairs.file",
+                              In("pairs/pairs.json"), "--level.count", "1", "--level.rounds", "1"});
+  EXPECT_EQ(refine.exit_code, 0) << refine.err;
+  const nlohmann::json summary = nlohmann::json::parse(ReadAll(In("out/summary.json")));
+  EXPECT_EQ(summary["pairs"]["method"], "file");
+  ASSERT_EQ(summary["pairs"]["list"].size(), pairs["pairs"].size());
+  for (size_t k = 0; k < pairs["pairs"].size(); ++k) {
+    EXPECT_EQ(summary["pairs"]["list"][k][0], pairs["pairs"][k]["reference"]);
+    EXPECT_EQ(summary["pairs"]["list"][k][1], pairs["pairs"][k]["second"]);
+  }
 }
 
 TEST_F(RefineErrorsTest, Scenes) {

@@ -1,0 +1,226 @@
+#include "costs/occlusion_mask.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/parallel.h"
+
+namespace burin {
+namespace {
+
+constexpr int kFacetGrain = 512;
+constexpr int kRowGrain = 8;
+constexpr double kPaperRatio = 10;  // of the printed rule
+
+// A tap of a window as the rules of the paper see it.
+struct Tap {
+  double dd = 0;
+  double image_distance = 0;  // squared, from the centre
+};
+
+// sigma and M of the printed rule over the taps with a finite dd; M as given.
+double PrintedSigma(const std::vector<Tap>& taps, double max) {
+  double sigma = 0;
+  double farthest = -1;
+  for (const Tap& tap : taps) {
+    if (!std::isfinite(tap.dd) || std::abs(tap.dd) >= std::abs(tap.dd - max)) continue;
+    if (tap.image_distance > farthest) {
+      farthest = tap.image_distance;
+      sigma = tap.dd;
+    }
+  }
+  return sigma;
+}
+
+bool PrintedRule(double dd, double sigma, double max) {
+  return std::isfinite(dd) && std::abs(dd - sigma) < kPaperRatio * std::abs(dd - max);
+}
+
+// Whether the depth of the tap differs from what the centre's plane predicts by less than `limit` =
+// plane_px / focal, in units of the centre's depth: |1/s - 1/predicted| < limit / centre.
+bool OnPlane(float s, float predicted, float centre, float limit) {
+  return predicted > 0 && std::abs(predicted - s) * centre < limit * s * predicted;
+}
+
+// Windows that may not keep all taps: some tap with a surface is off the centre's plane.
+void FlagRow(const DepthPlanes& planes, int y, int radius, float limit, std::vector<char>* flags) {
+  const int width = planes.width;
+  std::fill(flags->begin(), flags->end(), static_cast<char>(0));
+  char* __restrict flag = flags->data();
+  const size_t row = static_cast<size_t>(y) * width;
+  const float* __restrict centre = planes.inverse_depth.data() + row;
+  const float* __restrict slope_x = planes.slope_x.data() + row;
+  const float* __restrict slope_y = planes.slope_y.data() + row;
+  for (int dy = -radius; dy <= radius; ++dy) {
+    if (y + dy < 0 || y + dy >= planes.height) continue;
+    const float* tap_row = planes.inverse_depth.data() + static_cast<size_t>(y + dy) * width;
+    for (int dx = -radius; dx <= radius; ++dx) {
+      const int begin = std::max(0, -dx);
+      const int end = std::min(width, width - dx);
+      const float* __restrict tap = tap_row + dx;
+      for (int x = begin; x < end; ++x) {
+        const float predicted =
+            centre[x] + static_cast<float>(dx) * slope_x[x] + static_cast<float>(dy) * slope_y[x];
+        const float difference = std::abs(predicted - tap[x]) * centre[x];
+        const bool off = !(difference < limit * tap[x] * predicted) || !(predicted > 0);
+        flag[x] |= static_cast<char>(off && tap[x] != 0 && centre[x] != 0);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void MaskOptions::Describe(OptionSet* set) {
+  set->Add("mask.mode", &mode,
+           "Taps of a window beyond a depth step: none = all used; paper_strict, paper = the "
+           "paper's rule as printed, corrected; plane = off the centre facet's plane are not used",
+           {"none", "paper_strict", "paper", "plane"});
+  set->Add("mask.plane_px", &plane_px,
+           "Depth off the centre facet's plane from which a tap is beyond a step, pixel footprints",
+           0.01, 1e6);
+  set->Add("mask.below", &below,
+           "Windows with a smaller share of valid taps than photo.min_valid_share: drop them, or "
+           "use them in full, as without masks",
+           {"drop", "full"});
+}
+
+MaskMode MaskModeNamed(const std::string& name) {
+  if (name == "paper_strict") return MaskMode::kPaperStrict;
+  if (name == "paper") return MaskMode::kPaper;
+  if (name == "plane") return MaskMode::kPlane;
+  CHECK_EQ(name, "none");
+  return MaskMode::kNone;
+}
+
+DepthPlanes MakeDepthPlanes(const ViewDomain& domain, const TriangleMesh& mesh,
+                            const Camera& camera) {
+  DepthPlanes planes;
+  planes.width = domain.width;
+  planes.height = domain.height;
+  planes.focal = std::sqrt(camera.fx * camera.fy);
+  const size_t pixels = static_cast<size_t>(domain.width) * domain.height;
+  planes.inverse_depth.assign(pixels, 0);
+  planes.slope_x.assign(pixels, 0);
+  planes.slope_y.assign(pixels, 0);
+  planes.ray_length.assign(pixels, 0);
+  ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) {
+      const Eigen::RowVector3d row =
+          MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], camera)
+              .coefficients.colwise()
+              .sum();
+      for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
+        const uint32_t p = domain.pixel[n];
+        const double x = p % static_cast<uint32_t>(domain.width) + 0.5;
+        const double y = p / static_cast<uint32_t>(domain.width) + 0.5;
+        planes.inverse_depth[p] = static_cast<float>(row[0] * x + row[1] * y + row[2]);
+        planes.slope_x[p] = static_cast<float>(row[0]);
+        planes.slope_y[p] = static_cast<float>(row[1]);
+        planes.ray_length[p] = static_cast<float>(camera.Ray(x, y).norm());
+      }
+    }
+  });
+  return planes;
+}
+
+std::vector<char> WindowMask(const DepthPlanes& planes, int x, int y, int radius, MaskMode mode,
+                             double plane_px) {
+  const int side = 2 * radius + 1;
+  std::vector<char> mask(static_cast<size_t>(side) * side, 1);
+  if (mode == MaskMode::kNone) return mask;
+  const size_t centre = static_cast<size_t>(y) * planes.width + x;
+  const auto limit = static_cast<float>(plane_px / planes.focal);
+  const double infinity = std::numeric_limits<double>::infinity();
+  const double distance = planes.ray_length[centre] / planes.inverse_depth[centre];
+  std::vector<Tap> taps(mask.size());
+  bool all_on_plane = true;
+  for (int dy = -radius; dy <= radius; ++dy) {
+    for (int dx = -radius; dx <= radius; ++dx) {
+      const size_t k = static_cast<size_t>(dy + radius) * side + dx + radius;
+      taps[k].image_distance = dx * dx + dy * dy;
+      const bool inside =
+          x + dx >= 0 && x + dx < planes.width && y + dy >= 0 && y + dy < planes.height;
+      const size_t p = inside ? static_cast<size_t>(y + dy) * planes.width + x + dx : 0;
+      if (!inside || planes.inverse_depth[p] == 0) {
+        taps[k].dd = infinity;
+        mask[k] = 0;
+        continue;
+      }
+      taps[k].dd = planes.ray_length[p] / planes.inverse_depth[p] - distance;
+      const float predicted = planes.inverse_depth[centre] +
+                              static_cast<float>(dx) * planes.slope_x[centre] +
+                              static_cast<float>(dy) * planes.slope_y[centre];
+      const bool on_plane =
+          OnPlane(planes.inverse_depth[p], predicted, planes.inverse_depth[centre], limit);
+      all_on_plane = all_on_plane && on_plane;
+      if (mode == MaskMode::kPlane) mask[k] = on_plane ? 1 : 0;
+    }
+  }
+  if (mode == MaskMode::kPlane || (mode == MaskMode::kPaper && all_on_plane)) return mask;
+  if (mode == MaskMode::kPaper) {
+    for (Tap& tap : taps) tap.dd = std::abs(tap.dd);
+  }
+  double max = -infinity;
+  for (const Tap& tap : taps) {
+    if (mode == MaskMode::kPaperStrict || std::isfinite(tap.dd)) max = std::max(max, tap.dd);
+  }
+  const double sigma = PrintedSigma(taps, max);
+  for (size_t k = 0; k < mask.size(); ++k) mask[k] = PrintedRule(taps[k].dd, sigma, max) ? 1 : 0;
+  return mask;
+}
+
+WindowMasks MakeWindowMasks(const DepthPlanes& planes, int radius, MaskMode mode, double plane_px) {
+  const int side = 2 * radius + 1;
+  WindowMasks masks;
+  masks.radius = radius;
+  masks.words = (side * side + 63) / 64;
+  masks.row_start.assign(planes.height + 1, 0);
+  if (mode == MaskMode::kNone) return masks;
+  const auto limit = static_cast<float>(plane_px / planes.focal);
+  struct RowMasks {
+    std::vector<int> column;
+    std::vector<uint64_t> bits;
+  };
+  std::vector<RowMasks> rows(planes.height);
+  ParallelFor(planes.height, kRowGrain, [&](int begin, int end) {
+    std::vector<char> flags(planes.width);
+    std::vector<uint64_t> bits(masks.words);
+    for (int y = begin; y < end; ++y) {
+      const size_t row = static_cast<size_t>(y) * planes.width;
+      if (mode != MaskMode::kPaperStrict) FlagRow(planes, y, radius, limit, &flags);
+      for (int x = 0; x < planes.width; ++x) {
+        if (planes.inverse_depth[row + x] == 0) continue;
+        if (mode != MaskMode::kPaperStrict && flags[x] == 0) continue;
+        const std::vector<char> mask = WindowMask(planes, x, y, radius, mode, plane_px);
+        std::fill(bits.begin(), bits.end(), 0);
+        bool full = true;
+        for (int k = 0; k < side * side; ++k) {
+          if (mask[k] != 0) {
+            bits[k / 64] |= uint64_t{1} << (k % 64);
+            continue;
+          }
+          const int tap_x = x + k % side - radius;
+          const int tap_y = y + k / side - radius;
+          full = full &&
+                 (tap_x < 0 || tap_x >= planes.width || tap_y < 0 || tap_y >= planes.height ||
+                  planes.inverse_depth[static_cast<size_t>(tap_y) * planes.width + tap_x] == 0);
+        }
+        if (full) continue;
+        rows[y].column.push_back(x);
+        rows[y].bits.insert(rows[y].bits.end(), bits.begin(), bits.end());
+      }
+    }
+  });
+  for (int y = 0; y < planes.height; ++y) {
+    masks.column.insert(masks.column.end(), rows[y].column.begin(), rows[y].column.end());
+    masks.bits.insert(masks.bits.end(), rows[y].bits.begin(), rows[y].bits.end());
+    masks.row_start[y + 1] = static_cast<uint32_t>(masks.column.size());
+  }
+  return masks;
+}
+
+}  // namespace burin

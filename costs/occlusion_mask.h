@@ -1,0 +1,90 @@
+// Which taps of a correlation window show the same surface as its centre (the paper's section
+// "Occlusion Aware Masking"): where a window lies across a depth step, the taps beyond the step move
+// differently under the warp and say nothing about the centre.
+//
+// A mask is per window, made from the reference view's depths only and frozen for a round. Whatever
+// the mode, a tap whose surface point the second view does not see (occluded, outside its image) or
+// that has no surface is never used: Omega_ij sees to that. With delta = distance from the camera to
+// the surface point of a tap, dd = delta - delta(centre):
+//
+//   none          every tap is valid
+//   paper_strict  as printed. Taps without surface count as infinitely far. M = max dd; DD_min are
+//                 the taps with dd closer to 0 than to M; sigma = dd of the tap of DD_min farthest
+//                 from the centre in the image (ties: the first in row-major order; the centre if
+//                 DD_min is empty). Valid: |dd - sigma| < 10 |dd - M|.
+//   paper         the same with |dd| for dd, over the taps that have a surface; a window whose
+//                 depths are what the plane of the centre's facet predicts (see `plane`) keeps all.
+//   plane         valid: the depth differs from the plane of the centre's facet by less than
+//                 plane_px pixel footprints at the centre (footprint = depth / focal length).
+//
+// What the print does instead, by its own arithmetic (tests/occlusion_mask_test.cc): at constant
+// depth M = sigma = 0 and 0 < 0 leaves no tap; from a background centre a nearer occluder is kept
+// and the background dropped, because M = 0.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/camera.h"
+#include "core/mesh.h"
+#include "core/options.h"
+#include "core/visibility.h"
+
+namespace burin {
+
+struct MaskOptions {
+  std::string mode = "plane";
+  double plane_px = 6;
+  std::string below = "drop";  // what becomes of a window with too few valid taps
+  void Describe(OptionSet* set);
+};
+
+enum class MaskMode { kNone, kPaperStrict, kPaper, kPlane };
+
+// One of the choices of MaskOptions::mode.
+MaskMode MaskModeNamed(const std::string& name);
+
+// Depths of one view and, per pixel, the plane of the facet it sees. Inverse camera depth is affine
+// in the pixel on a plane: at tap (x + dx, y + dy) the plane of pixel (x, y) predicts
+// inverse_depth + dx * slope_x + dy * slope_y.
+struct DepthPlanes {
+  int width = 0;
+  int height = 0;
+  double focal = 0;                  // pixels, geometric mean
+  std::vector<float> inverse_depth;  // row-major; 0 = no surface
+  std::vector<float> slope_x;
+  std::vector<float> slope_y;
+  std::vector<float> ray_length;  // distance = ray_length / inverse_depth
+};
+
+DepthPlanes MakeDepthPlanes(const ViewDomain& domain, const TriangleMesh& mesh,
+                            const Camera& camera);
+
+// Masks of the windows of one view that do not keep all their taps; all others are full. Those of
+// row y are entries row_start[y] .. row_start[y + 1] - 1, ascending in column.
+struct WindowMasks {
+  int radius = 0;
+  int words = 0;  // 64-bit words a mask
+  std::vector<uint32_t> row_start;
+  std::vector<int> column;
+  std::vector<uint64_t> bits;  // `words` an entry
+
+  // Bit of the tap (dx, dy) from the centre, each in [-radius, radius].
+  bool Has(size_t entry, int dx, int dy) const {
+    const int bit = (dy + radius) * (2 * radius + 1) + dx + radius;
+    return (bits[entry * words + bit / 64] >> (bit % 64)) & 1U;
+  }
+  size_t size() const { return column.size(); }
+};
+
+// The mask of the window at (x, y) as (2 radius + 1)^2 flags, row-major. Taps outside the image or
+// without surface are not valid, except with mode none, which leaves them to Omega_ij.
+std::vector<char> WindowMask(const DepthPlanes& planes, int x, int y, int radius, MaskMode mode,
+                             double plane_px);
+
+// The masks of all windows whose centre has a surface. A window whose only invalid taps are those
+// outside the image or without surface is full: Omega_ij leaves those out.
+WindowMasks MakeWindowMasks(const DepthPlanes& planes, int radius, MaskMode mode, double plane_px);
+
+}  // namespace burin
