@@ -1,5 +1,6 @@
 #include "apps/debug_images.h"
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -15,9 +16,10 @@ void WriteDebugImages(const std::filesystem::path& folder, int level, const Roun
     if (domain.seconds.empty()) continue;
     const LevelView& view = (*context.views)[i];
     const cv::Mat1f image = view.FloatImage();
-    const WindowMasks masks =
-        MakeWindowMasks(MakeDepthPlanes(domain, *context.mesh, view.camera), options.window / 2,
-                        MaskModeNamed(options.mask.mode), options.mask.plane_px);
+    const WindowMasks masks = MakeWindowMasks(
+        MakeDepthPlanes(domain, *context.mesh, view.camera), options.window / 2,
+        MaskModeNamed(options.mask.mode), options.mask.plane_px,
+        static_cast<int>(std::ceil(options.min_valid_share * options.window * options.window)));
     const WarpPicture pair =
         MakeWarpPicture(*context.views, static_cast<int>(i), domain, 0, *context.mesh);
     cv::Mat grey;

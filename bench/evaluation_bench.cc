@@ -3,7 +3,7 @@
 //
 // The scene is the folder in BURIN_BENCH_SCENE (a COLMAP workspace with init.ply), else the
 // embedded relief. The mesh is the initial one split to the pixels of level 0. Arguments:
-// derivatives (0, 1) and threads.
+// derivatives (0, 1), threads and occlusion masks (0 = none, 1 = the default mode).
 #include <benchmark/benchmark.h>
 
 #include <cstdlib>
@@ -31,7 +31,7 @@ struct Frozen {
   std::vector<CameraPair> pairs;
   std::vector<ViewDomain> domains;
   RoundContext context;
-  std::unique_ptr<PhotometricEnergy> energy;
+  std::unique_ptr<PhotometricEnergy> energies[2];  // without and with masks
 };
 
 Frozen& TheFrozen() {
@@ -52,8 +52,12 @@ Frozen& TheFrozen() {
     SplitLargeFaces(&made->mesh, cameras, SubdivisionOptions());
     made->context =
         FreezeRound(made->views, made->pairs, made->mesh, Motion::kNormal, 3, &made->domains);
-    made->energy = std::make_unique<PhotometricEnergy>(PhotometricOptions());
-    made->energy->BeginLevel(made->views);
+    PhotometricOptions masked;
+    PhotometricOptions full;
+    full.mask.mode = "none";
+    made->energies[0] = std::make_unique<PhotometricEnergy>(full);
+    made->energies[1] = std::make_unique<PhotometricEnergy>(masked);
+    for (auto& energy : made->energies) energy->BeginLevel(made->views);
     return made;
   }();
   return *frozen;
@@ -62,24 +66,31 @@ Frozen& TheFrozen() {
 void Evaluation(benchmark::State& state) {
   Frozen& frozen = TheFrozen();
   SetThreadCount(static_cast<int>(state.range(1)));
+  PhotometricEnergy& energy = *frozen.energies[state.range(2)];
   int64_t windows = 0;
   for (auto _ : state) {
     state.PauseTiming();
-    frozen.energy->BeginRound(frozen.context);  // forget the cached evaluation
+    energy.BeginRound(frozen.context);  // forget the cached evaluation
     state.ResumeTiming();
-    benchmark::DoNotOptimize(frozen.energy->Evaluate(frozen.mesh.vertices, state.range(0) != 0));
-    windows += frozen.energy->valid_windows();
+    benchmark::DoNotOptimize(energy.Evaluate(frozen.mesh.vertices, state.range(0) != 0));
+    windows += energy.valid_windows();
   }
   state.counters["valid_windows_per_s"] =
       benchmark::Counter(static_cast<double>(windows), benchmark::Counter::kIsRate);
+  const nlohmann::json report = energy.RoundReport();
+  state.counters["masked_share"] = report["masked_window_share"].get<double>();
+  state.counters["mask_seconds"] = report["mask_seconds"].get<double>();
   state.counters["faces"] = static_cast<double>(frozen.mesh.faces.size());
   state.counters["pairs"] = static_cast<double>(frozen.pairs.size());
 }
 BENCHMARK(Evaluation)
-    ->ArgNames({"derivatives", "threads"})
-    ->Args({0, 1})
-    ->Args({1, 1})
-    ->Args({1, 2})
+    ->ArgNames({"derivatives", "threads", "masks"})
+    ->Args({0, 1, 0})
+    ->Args({0, 1, 1})
+    ->Args({1, 1, 0})
+    ->Args({1, 1, 1})
+    ->Args({1, 2, 0})
+    ->Args({1, 2, 1})
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 

@@ -72,6 +72,41 @@ void FlagRow(const DepthPlanes& planes, int y, int radius, float limit, std::vec
   }
 }
 
+// Fills masks->thin.
+void FlagThin(const DepthPlanes& planes, int min_taps, WindowMasks* masks) {
+  const int radius = masks->radius;
+  // Pixels whose window keeps too few taps; those without surface have no window.
+  std::vector<char> poor(planes.inverse_depth.size(), 0);
+  for (size_t p = 0; p < poor.size(); ++p) poor[p] = planes.inverse_depth[p] == 0 ? 1 : 0;
+  std::vector<size_t> poor_entries;
+  std::vector<int> poor_rows;
+  for (int y = 0; y < planes.height; ++y) {
+    for (size_t entry = masks->row_start[y]; entry < masks->row_start[y + 1]; ++entry) {
+      int kept = 0;
+      for (int word = 0; word < masks->words; ++word) {
+        kept += __builtin_popcountll(masks->bits[entry * masks->words + word]);
+      }
+      if (kept >= min_taps) continue;
+      poor[static_cast<size_t>(y) * planes.width + masks->column[entry]] = 1;
+      poor_entries.push_back(entry);
+      poor_rows.push_back(y);
+    }
+  }
+  masks->thin.assign(masks->size(), 0);
+  for (size_t k = 0; k < poor_entries.size(); ++k) {
+    const size_t entry = poor_entries[k];
+    bool thin = true;
+    for (int dy = -radius; dy <= radius && thin; ++dy) {
+      for (int dx = -radius; dx <= radius && thin; ++dx) {
+        if (!masks->Has(entry, dx, dy)) continue;  // kept taps are inside the image
+        thin = poor[static_cast<size_t>(poor_rows[k] + dy) * planes.width + masks->column[entry] +
+                    dx] != 0;
+      }
+    }
+    masks->thin[entry] = thin ? 1 : 0;
+  }
+}
+
 }  // namespace
 
 void MaskOptions::Describe(OptionSet* set) {
@@ -82,10 +117,12 @@ void MaskOptions::Describe(OptionSet* set) {
   set->Add("mask.plane_px", &plane_px,
            "Depth off the centre facet's plane from which a tap is beyond a step, pixel footprints",
            0.01, 1e6);
-  set->Add("mask.below", &below,
-           "Windows with a smaller share of valid taps than photo.min_valid_share: drop them, or "
-           "use them in full, as without masks",
-           {"drop", "full"});
+  set->Add(
+      "mask.below", &below,
+      "Masked windows with a smaller share of valid taps than photo.min_valid_share: drop them; "
+      "use them in full, as without masks; or full_thin = drop them except on thin things, "
+      "where no neighbour has more",
+      {"drop", "full", "full_thin"});
 }
 
 MaskMode MaskModeNamed(const std::string& name) {
@@ -173,7 +210,8 @@ std::vector<char> WindowMask(const DepthPlanes& planes, int x, int y, int radius
   return mask;
 }
 
-WindowMasks MakeWindowMasks(const DepthPlanes& planes, int radius, MaskMode mode, double plane_px) {
+WindowMasks MakeWindowMasks(const DepthPlanes& planes, int radius, MaskMode mode, double plane_px,
+                            int min_taps) {
   const int side = 2 * radius + 1;
   WindowMasks masks;
   masks.radius = radius;
@@ -220,6 +258,7 @@ WindowMasks MakeWindowMasks(const DepthPlanes& planes, int radius, MaskMode mode
     masks.bits.insert(masks.bits.end(), rows[y].bits.begin(), rows[y].bits.end());
     masks.row_start[y + 1] = static_cast<uint32_t>(masks.column.size());
   }
+  FlagThin(planes, min_taps, &masks);
   return masks;
 }
 

@@ -35,8 +35,8 @@ namespace burin {
 
 struct MaskOptions {
   std::string mode = "plane";
-  double plane_px = 6;
-  std::string below = "drop";  // what becomes of a window with too few valid taps
+  double plane_px = 3;
+  std::string below = "full_thin";  // what becomes of a window with too few valid taps
   void Describe(OptionSet* set);
 };
 
@@ -69,6 +69,9 @@ struct WindowMasks {
   std::vector<uint32_t> row_start;
   std::vector<int> column;
   std::vector<uint64_t> bits;  // `words` an entry
+  // 1 for windows on something thin: they keep fewer taps than asked for, and so does every window
+  // centred at one of their taps.
+  std::vector<char> thin;
 
   // Bit of the tap (dx, dy) from the centre, each in [-radius, radius].
   bool Has(size_t entry, int dx, int dy) const {
@@ -84,7 +87,9 @@ std::vector<char> WindowMask(const DepthPlanes& planes, int x, int y, int radius
                              double plane_px);
 
 // The masks of all windows whose centre has a surface. A window whose only invalid taps are those
-// outside the image or without surface is full: Omega_ij leaves those out.
-WindowMasks MakeWindowMasks(const DepthPlanes& planes, int radius, MaskMode mode, double plane_px);
+// outside the image or without surface is full: Omega_ij leaves those out. `min_taps` decides what is
+// thin.
+WindowMasks MakeWindowMasks(const DepthPlanes& planes, int radius, MaskMode mode, double plane_px,
+                            int min_taps);
 
 }  // namespace burin

@@ -244,7 +244,8 @@ void PairKernel<T>::ScoreMaskedWindows(const PairInput<T>& input, int y, bool de
       }
     }
     const bool valid = taps >= input.min_taps;
-    if (!valid && input.full_below) continue;  // as ScoreRow left it
+    const bool in_full = input.full_below || (input.full_thin && masks.thin[entry] != 0);
+    if (!valid && in_full) continue;  // as ScoreRow left it
     WindowScore<T> score =
         ScoreWindow(valid, static_cast<T>(taps), sums[0], sums[1], sums[2], sums[3], sums[4],
                     static_cast<T>(input.variance_floor), static_cast<T>(input.reliability_noise));

@@ -49,6 +49,7 @@ struct PairInput {
   int min_taps = 1;                        // windows with fewer taps are left out
   const WindowMasks* masks = nullptr;      // of the reference view; null = all windows are full
   bool full_below = false;                 // masked windows with fewer taps are used in full
+  bool full_thin = false;                  // only the thin ones of them
 };
 
 // Per-pixel sums over the pairs of one reference view.

@@ -175,6 +175,7 @@ struct PhotometricEnergy::State : public PhotometricEnergy::Shared {
       const double taps = options.window * options.window;
       if (masks[view].size() > 0) input.masks = &masks[view];
       input.full_below = options.mask.below == "full";
+      input.full_thin = options.mask.below == "full_thin";
       input.min_taps = std::max(2, static_cast<int>(std::ceil(options.min_valid_share * taps)));
     }
     std::atomic<int64_t> counted{0};
@@ -239,6 +240,8 @@ struct PhotometricEnergy::State : public PhotometricEnergy::Shared {
 void PhotometricEnergy::Shared::FreezeMasks() {
   const auto start = std::chrono::steady_clock::now();
   const MaskMode mode = MaskModeNamed(options.mask.mode);
+  const int min_taps =
+      static_cast<int>(std::ceil(options.min_valid_share * options.window * options.window));
   masks.assign(views->size(), WindowMasks());
   reference_pixels = 0;
   for (size_t i = 0; i < views->size(); ++i) {
@@ -246,7 +249,7 @@ void PhotometricEnergy::Shared::FreezeMasks() {
     reference_pixels += static_cast<int64_t>(domain.pixel.size());
     if (tiles[i].empty() || mode == MaskMode::kNone) continue;
     masks[i] = MakeWindowMasks(MakeDepthPlanes(domain, *context->mesh, (*views)[i].camera),
-                               options.window / 2, mode, options.mask.plane_px);
+                               options.window / 2, mode, options.mask.plane_px, min_taps);
   }
   mask_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }

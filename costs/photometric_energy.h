@@ -34,7 +34,7 @@ struct PhotometricOptions {
   int window = 5;                 // taps along a side, odd
   double variance_floor = 25;     // e^2 in squared grey levels
   double reliability = 0;         // nu = reliability * (noise_i^2 + noise_j^2)
-  double min_valid_share = 0.6;   // of the window's taps
+  double min_valid_share = 0.8;   // of the window's taps
   bool double_precision = false;  // fields in double, for derivative checks
   MaskOptions mask;
   void Describe(OptionSet* set);

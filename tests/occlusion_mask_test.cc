@@ -111,6 +111,22 @@ TEST(OcclusionMask, ThinBarInFrontOfAWall) {
   }
 }
 
+// Beside a single step there are better windows two pixels on; on a bar of two pixels there are none.
+TEST(OcclusionMask, ThinIsWhereNoNeighbourKeepsEnough) {
+  const auto thin_columns = [](const DepthPlanes& planes) {
+    const WindowMasks masks = MakeWindowMasks(planes, kRadius, MaskMode::kPlane, 6, 20);
+    std::vector<int> columns;
+    for (size_t entry = masks.row_start[7]; entry < masks.row_start[8]; ++entry) {
+      if (masks.thin[entry] != 0) columns.push_back(masks.column[entry]);
+    }
+    return columns;
+  };
+  const DepthPlanes step = Planes([](int x, int) { return x < 8 ? 10.0 : 15.0; });
+  EXPECT_EQ(thin_columns(step), std::vector<int>());
+  const DepthPlanes bar = Planes([](int x, int) { return x == 7 || x == 8 ? 5.0 : 10.0; });
+  EXPECT_EQ(thin_columns(bar), (std::vector<int>{7, 8}));
+}
+
 TEST(OcclusionMask, PatchHalfOffTheMesh) {
   const DepthPlanes planes = Planes([](int x, int) { return x < 8 ? 10.0 : 0.0; });
   EXPECT_EQ(Mask(planes, MaskMode::kPaper), Rows("###.."));
@@ -119,7 +135,7 @@ TEST(OcclusionMask, PatchHalfOffTheMesh) {
   EXPECT_EQ(Mask(planes, MaskMode::kPaperStrict), Rows("###.."));
   // Such a window is not listed: Omega_ij leaves these taps out anyway.
   for (const MaskMode mode : {MaskMode::kPaper, MaskMode::kPlane}) {
-    EXPECT_EQ(MakeWindowMasks(planes, kRadius, mode, 6).size(), 0U);
+    EXPECT_EQ(MakeWindowMasks(planes, kRadius, mode, 6, 20).size(), 0U);
   }
 }
 
@@ -140,7 +156,7 @@ TEST(OcclusionMask, ListHoldsTheWindowsThatAreNotFull) {
   FreezeRound(views, test::AllPairs(), mesh, Motion::kNormal, 2, &domains);
   const DepthPlanes planes = MakeDepthPlanes(domains[1], mesh, views[1].camera);
   for (const MaskMode mode : {MaskMode::kPaperStrict, MaskMode::kPaper, MaskMode::kPlane}) {
-    const WindowMasks masks = MakeWindowMasks(planes, kRadius, mode, 3);
+    const WindowMasks masks = MakeWindowMasks(planes, kRadius, mode, 3, 20);
     size_t entry = 0;
     for (int y = 0; y < planes.height; ++y) {
       EXPECT_EQ(masks.row_start[y], entry);
@@ -177,8 +193,8 @@ TEST(OcclusionMask, ASmoothSurfaceIsNotMasked) {
   std::vector<ViewDomain> domains;
   FreezeRound(views, test::AllPairs(), mesh, Motion::kNormal, 2, &domains);
   const DepthPlanes planes = MakeDepthPlanes(domains[0], mesh, views[0].camera);
-  EXPECT_EQ(MakeWindowMasks(planes, kRadius, MaskMode::kPlane, 6).size(), 0U);
-  EXPECT_EQ(MakeWindowMasks(planes, kRadius, MaskMode::kPaper, 6).size(), 0U);
+  EXPECT_EQ(MakeWindowMasks(planes, kRadius, MaskMode::kPlane, 6, 20).size(), 0U);
+  EXPECT_EQ(MakeWindowMasks(planes, kRadius, MaskMode::kPaper, 6, 20).size(), 0U);
 }
 
 }  // namespace

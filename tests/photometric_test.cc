@@ -97,9 +97,11 @@ MaskOptions Mask(const std::string& mode, const std::string& below = "drop") {
 class PhotometricMasks : public testing::TestWithParam<MaskOptions> {};
 INSTANTIATE_TEST_SUITE_P(All, PhotometricMasks,
                          testing::Values(Mask("none"), Mask("paper_strict"), Mask("paper"),
-                                         Mask("plane"), Mask("plane", "full")),
+                                         Mask("plane"), Mask("plane", "full"),
+                                         Mask("plane", "full_thin")),
                          [](const auto& test) {
-                           return test.param.mode + (test.param.below == "full" ? "_full" : "");
+                           return test.param.mode +
+                                  (test.param.below == "drop" ? "" : "_" + test.param.below);
                          });
 
 // Of the windows that count, a tenth and more have lost taps to their mask.
@@ -240,6 +242,14 @@ Reference EvaluateByAutodiff(const RoundContext& context, const PhotometricOptio
     const DepthPlanes planes = MakeDepthPlanes(domain, mesh, view.camera);
     const MaskMode mode = MaskModeNamed(options.mask.mode);
     const double min_taps = std::ceil(options.min_valid_share * options.window * options.window);
+    const WindowMasks masks =
+        MakeWindowMasks(planes, radius, mode, options.mask.plane_px, static_cast<int>(min_taps));
+    std::vector<char> thin(facet_of.size(), 0);
+    for (int row = 0; row < domain.height; ++row) {
+      for (size_t entry = masks.row_start[row]; entry < masks.row_start[row + 1]; ++entry) {
+        thin[row * domain.width + masks.column[entry]] = masks.thin[entry];
+      }
+    }
     for (size_t b = 0; b < domain.seconds.size(); ++b) {
       const LevelView& second = (*context.views)[domain.seconds[b]];
       const SplineImage<double> spline(second.FloatImage(), 0.0);
@@ -285,7 +295,10 @@ Reference EvaluateByAutodiff(const RoundContext& context, const PhotometricOptio
               }
             }
           }
-          if (static_cast<double>(taps.size()) < min_taps && options.mask.below == "full") {
+          const std::string& below = options.mask.below;
+          const bool is_thin = thin[y * domain.width + x] != 0;
+          if (static_cast<double>(taps.size()) < min_taps &&
+              (below == "full" || (is_thin && below == "full_thin"))) {
             taps = all_taps;
           }
           const auto n = static_cast<double>(taps.size());
