@@ -217,25 +217,37 @@ void PairKernel<T>::ScoreMaskedWindows(const PairInput<T>& input, int y, bool de
   size_t entry = static_cast<size_t>(
       std::lower_bound(columns + masks.row_start[y], columns + row_end, x_begin_ + radius) -
       columns);
-  const T* mask_row = Row(kMask, y);
+  // The rows of the window, and where its taps are in them.
+  enum { kRowMask, kRowI, kRowW, kRowA, kRowB, kRowE, kRowC, kRowCount };
+  constexpr Field kFields[kRowCount] = {kMask, kI, kW, kDirectA, kDirectB, kDirectE, kDirectC};
+  rows_of_window_.resize(static_cast<size_t>(kRowCount) * side);
+  for (int k = 0; k < kRowCount; ++k) {
+    for (int r = 0; r < side; ++r) {
+      rows_of_window_[k * side + r] = Row(kFields[k], y - radius + r);
+    }
+  }
+  const auto row = [this, side](int k, int r) { return rows_of_window_[k * side + r]; };
   taps_.resize(static_cast<size_t>(side) * side);
+  offsets_.resize(taps_.size());
+  for (int k = 0; k < side * side; ++k) offsets_[k] = {k % side - radius, k / side};
+  const T* mask_row = row(kRowMask, radius);
+  const T floor = static_cast<T>(input.variance_floor);
+  const T noise = static_cast<T>(input.reliability_noise);
   for (; entry < row_end && columns[entry] < x_begin_ + columns_ - radius; ++entry) {
     const int x = columns[entry] - x_begin_;
     if (mask_row[x] == T(0)) continue;
     // Sums about the centre's values lose fewer digits.
-    const T centre_i = Row(kI, y)[x];
-    const T centre_w = Row(kW, y)[x];
+    const T centre_i = row(kRowI, radius)[x];
+    const T centre_w = row(kRowW, radius)[x];
     int taps = 0;
     T sums[5] = {0, 0, 0, 0, 0};
     for (int word = 0; word < masks.words; ++word) {
       for (uint64_t bits = masks.bits[entry * masks.words + word]; bits != 0; bits &= bits - 1) {
-        const int tap = 64 * word + __builtin_ctzll(bits);
-        const int tap_y = y + tap / side - radius;
-        const int tap_x = x + tap % side - radius;
-        if (Row(kMask, tap_y)[tap_x] == T(0)) continue;
-        taps_[taps++] = {tap_x, tap_y};
-        const T i = Row(kI, tap_y)[tap_x] - centre_i;
-        const T w = Row(kW, tap_y)[tap_x] - centre_w;
+        const auto [dx, r] = offsets_[64 * word + __builtin_ctzll(bits)];
+        if (row(kRowMask, r)[x + dx] == T(0)) continue;
+        taps_[taps++] = {x + dx, r};
+        const T i = row(kRowI, r)[x + dx] - centre_i;
+        const T w = row(kRowW, r)[x + dx] - centre_w;
         sums[0] += i;
         sums[1] += w;
         sums[2] += i * i;
@@ -246,20 +258,20 @@ void PairKernel<T>::ScoreMaskedWindows(const PairInput<T>& input, int y, bool de
     const bool valid = taps >= input.min_taps;
     const bool in_full = input.full_below || (input.full_thin && masks.thin[entry] != 0);
     if (!valid && in_full) continue;  // as ScoreRow left it
-    WindowScore<T> score =
-        ScoreWindow(valid, static_cast<T>(taps), sums[0], sums[1], sums[2], sums[3], sums[4],
-                    static_cast<T>(input.variance_floor), static_cast<T>(input.reliability_noise));
+    for (int k = 0; k < 6; ++k) window[k][x] = T(0);
+    if (!valid) continue;
+    WindowScore<T> score = ScoreWindow(true, static_cast<T>(taps), sums[0], sums[1], sums[2],
+                                       sums[3], sums[4], floor, noise);
     score.e += score.a * centre_i - score.b * centre_w;
     window[0][x] = score.omega;
     window[1][x] = score.cost;
-    for (int k = 2; k < 6; ++k) window[k][x] = T(0);
-    if (!derivatives || !valid) continue;
+    if (!derivatives) continue;
     for (int t = 0; t < taps; ++t) {
-      const auto [tap_x, tap_y] = taps_[t];
-      Row(kDirectA, tap_y)[tap_x] += score.a;
-      Row(kDirectB, tap_y)[tap_x] += score.b;
-      Row(kDirectE, tap_y)[tap_x] += score.e;
-      Row(kDirectC, tap_y)[tap_x] += score.c;
+      const auto [tap_x, r] = taps_[t];
+      row(kRowA, r)[tap_x] += score.a;
+      row(kRowB, r)[tap_x] += score.b;
+      row(kRowE, r)[tap_x] += score.e;
+      row(kRowC, r)[tap_x] += score.c;
     }
   }
 }

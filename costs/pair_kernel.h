@@ -97,8 +97,11 @@ class PairKernel {
   size_t stride_ = 0;
   std::vector<T> rows_;
   std::vector<T> scratch_;
-  std::vector<char> used_;                 // the row has a pixel in Omega_ij
-  std::vector<std::pair<int, int>> taps_;  // column held and row of the taps of one window
+  std::vector<char> used_;  // the row has a pixel in Omega_ij
+  // Of ScoreMaskedWindows: rows of fields by row of the window, taps as (column, row of the window).
+  std::vector<T*> rows_of_window_;
+  std::vector<std::pair<int, int>> offsets_;
+  std::vector<std::pair<int, int>> taps_;
 };
 
 extern template class PairKernel<float>;

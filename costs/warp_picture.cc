@@ -81,19 +81,27 @@ cv::Mat1f WindowErrors(const cv::Mat1f& image, const WarpPicture& pair,
       if (pair.valid(y, x) == 0) continue;
       double n = 0;
       double sum[5] = {0, 0, 0, 0, 0};
-      for (int v = std::max(0, y - radius); v <= std::min(image.rows - 1, y + radius); ++v) {
-        for (int u = std::max(0, x - radius); u <= std::min(image.cols - 1, x + radius); ++u) {
-          if (pair.valid(v, u) == 0 || (masked && !masks->Has(entry, u - x, v - y))) continue;
-          const double i = image(v, u);
-          const double w = pair.warped(v, u);
-          n += 1;
-          sum[0] += i;
-          sum[1] += w;
-          sum[2] += i * i;
-          sum[3] += w * w;
-          sum[4] += i * w;
+      const auto add_taps = [&](bool all) {
+        n = 0;
+        std::fill(sum, sum + 5, 0.0);
+        for (int v = std::max(0, y - radius); v <= std::min(image.rows - 1, y + radius); ++v) {
+          for (int u = std::max(0, x - radius); u <= std::min(image.cols - 1, x + radius); ++u) {
+            if (pair.valid(v, u) == 0 || !(all || masks->Has(entry, u - x, v - y))) continue;
+            const double i = image(v, u);
+            const double w = pair.warped(v, u);
+            n += 1;
+            sum[0] += i;
+            sum[1] += w;
+            sum[2] += i * i;
+            sum[3] += w * w;
+            sum[4] += i * w;
+          }
         }
-      }
+      };
+      add_taps(!masked);
+      const bool in_full = masked && (options.mask.below == "full" ||
+                                      (options.mask.below == "full_thin" && masks->thin[entry]));
+      if (n < min_taps && in_full) add_taps(true);
       if (n < min_taps) continue;
       const double floor = n * options.variance_floor;
       const double square_i = sum[2] - sum[0] * sum[0] / n + floor;

@@ -202,6 +202,24 @@ TEST_F(CliTest, SynthesisedSceneScoresAsItsTruth) {
                              In("scene/truth_points.ply"), "--rigid", "--unit", "0.02"});
   EXPECT_EQ(table.exit_code, 0) << table.err;
   EXPECT_THAT(table.out, HasSubstr("F1"));
+
+  const Outcome boundary =
+      Run({"evaluate", "--mesh", In("scene/init.ply"), "--truth", In("scene/truth_points.ply"),
+           "--scene", In("scene"), "--depth", In("scene/depth"), "--json"});
+  EXPECT_EQ(boundary.exit_code, 0) << boundary.err;
+  const nlohmann::json groups = nlohmann::json::parse(boundary.out);
+  EXPECT_EQ(groups["boundary"]["near"]["count"].get<int>() +
+                groups["boundary"]["rest"]["count"].get<int>(),
+            groups["completeness"]["count"].get<int>());
+  ExpectRefused({"evaluate", "--mesh", In("scene/init.ply"), "--truth",
+                 In("scene/truth_points.ply"), "--depth", In("scene/depth")},
+                {"--scene and --depth"});
+  ExpectRefused({"evaluate", "--mesh", In("scene/init.ply"), "--truth", In("scene/truth.ply"),
+                 "--scene", In("scene"), "--depth", In("scene/depth")},
+                {"truth.ply", "point cloud"});
+  ExpectRefused({"evaluate", "--mesh", In("scene/init.ply"), "--truth",
+                 In("scene/truth_points.ply"), "--scene", In("scene"), "--depth", In("scene")},
+                {"no depth map"});
 }
 
 // Every way in which a refinement can be asked for in vain, on one small scene.
@@ -335,10 +353,12 @@ TEST_F(RefineErrorsTest, Scenes) {
 }
 
 TEST_F(RefineErrorsTest, NothingIsWrongWithTheSceneItself) {
-  const Outcome outcome = Run({"refine", In("scene"), "--mesh", In("scene/init.ply"), "--output",
-                               In("out"), "--level.count", "1", "--level.rounds", "1"});
+  const Outcome outcome =
+      Run({"refine", In("scene"), "--mesh", In("scene/init.ply"), "--output", In("out"),
+           "--level.count", "1", "--level.rounds", "1", "--debug.images"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  for (const char* name : {"out/refined.ply", "out/summary.json", "out/trace.csv"}) {
+  for (const char* name :
+       {"out/refined.ply", "out/summary.json", "out/trace.csv", "out/debug/level0_view_000.png"}) {
     EXPECT_TRUE(std::filesystem::exists(folder_ / name)) << name;
   }
   const auto summary = nlohmann::json::parse(ReadAll(folder_ / "out/summary.json"));
