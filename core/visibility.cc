@@ -61,24 +61,28 @@ RTCDevice Device() {
 
 }  // namespace
 
+ViewRays::ViewRays(const Camera& camera) : center(camera.Center()) {
+  Eigen::Matrix3d camera_from_pixel;                              // K^-1
+  camera_from_pixel << 1 / camera.fx, 0, -camera.cx / camera.fx,  //
+      0, 1 / camera.fy, -camera.cy / camera.fy,                   //
+      0, 0, 1;
+  ray_from_pixel = camera.rotation.transpose() * camera_from_pixel;
+}
+
 FacetPencil MakeFacetPencil(const std::vector<Eigen::Vector3d>& vertices,
-                            const Eigen::Vector3i& face, const Camera& camera) {
-  const Eigen::Vector3d center = camera.Center();
-  const Eigen::Vector3d a = vertices[face[0]] - center;
-  const Eigen::Vector3d b = vertices[face[1]] - center;
-  const Eigen::Vector3d c = vertices[face[2]] - center;
+                            const Eigen::Vector3i& face, const ViewRays& view) {
+  const Eigen::Vector3d a = vertices[face[0]] - view.center;
+  const Eigen::Vector3d b = vertices[face[1]] - view.center;
+  const Eigen::Vector3d c = vertices[face[2]] - view.center;
   FacetPencil pencil;
   pencil.normal = (b - a).cross(c - a);
   pencil.offset = pencil.normal.dot(a);
+  const double scale = 1 / pencil.offset;
   Eigen::Matrix3d inverse;  // rows: u_k = inverse.row(k) . direction
-  inverse.row(0) = b.cross(c) / pencil.offset;
-  inverse.row(1) = c.cross(a) / pencil.offset;
-  inverse.row(2) = a.cross(b) / pencil.offset;
-  Eigen::Matrix3d ray_from_pixel;                              // K^-1
-  ray_from_pixel << 1 / camera.fx, 0, -camera.cx / camera.fx,  //
-      0, 1 / camera.fy, -camera.cy / camera.fy,                //
-      0, 0, 1;
-  pencil.coefficients = inverse * camera.rotation.transpose() * ray_from_pixel;
+  inverse.row(0) = scale * b.cross(c);
+  inverse.row(1) = scale * c.cross(a);
+  inverse.row(2) = scale * a.cross(b);
+  pencil.coefficients.noalias() = inverse * view.ray_from_pixel;
   return pencil;
 }
 
@@ -163,8 +167,9 @@ void RayCaster::Impl::BuildPixelLists(const Camera& camera, const cv::Mat1i& fac
     domain->facet.push_back(static_cast<int>(f));
   }
   std::vector<Eigen::Matrix3d> pencils(domain->facet.size());
+  const ViewRays rays(camera);
   for (size_t k = 0; k < pencils.size(); ++k) {
-    pencils[k] = MakeFacetPencil(mesh.vertices, mesh.faces[domain->facet[k]], camera).coefficients;
+    pencils[k] = MakeFacetPencil(mesh.vertices, mesh.faces[domain->facet[k]], rays).coefficients;
   }
   // Counting sort of the pixels by facet corner keeps them in ascending order within each.
   std::vector<uint32_t> corner_of(static_cast<size_t>(width) * height,
@@ -198,10 +203,11 @@ void RayCaster::Impl::CastPairs(const std::vector<Camera>& cameras, int view,
   const Eigen::Vector3d center_i = reference.Center();
   // Inverse depth along the ray of every pixel, affine in the pixel for each facet; 0 = no facet.
   cv::Mat1d inverse_depth(reference.height, width, 0.0);
+  const ViewRays rays(reference);
   ParallelFor(static_cast<int>(domain->facet.size()), kFacetGrain, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       const Eigen::RowVector3d row =
-          MakeFacetPencil(mesh.vertices, mesh.faces[domain->facet[k]], reference)
+          MakeFacetPencil(mesh.vertices, mesh.faces[domain->facet[k]], rays)
               .coefficients.colwise()
               .sum();
       for (uint32_t n = domain->start[3 * k]; n < domain->start[3 * k + 3]; ++n) {

@@ -45,8 +45,15 @@ struct FacetPencil {
   double offset = 0;       // n . (V_0 - c); negative for a front-facing facet
   Eigen::Vector3d normal;  // area normal n
 };
+
+// What pencils need of a camera, computed once a view.
+struct ViewRays {
+  explicit ViewRays(const Camera& camera);
+  Eigen::Vector3d center;
+  Eigen::Matrix3d ray_from_pixel;  // Ray(x, y) = ray_from_pixel * (x, y, 1)
+};
 FacetPencil MakeFacetPencil(const std::vector<Eigen::Vector3d>& vertices,
-                            const Eigen::Vector3i& face, const Camera& camera);
+                            const Eigen::Vector3i& face, const ViewRays& view);
 
 class RayCaster {
  public:

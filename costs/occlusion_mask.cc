@@ -139,6 +139,7 @@ DepthPlanes MakeDepthPlanes(const ViewDomain& domain, const TriangleMesh& mesh,
   planes.width = domain.width;
   planes.height = domain.height;
   planes.focal = std::sqrt(camera.fx * camera.fy);
+  const ViewRays rays(camera);
   const size_t pixels = static_cast<size_t>(domain.width) * domain.height;
   planes.inverse_depth.assign(pixels, 0);
   planes.slope_x.assign(pixels, 0);
@@ -147,7 +148,7 @@ DepthPlanes MakeDepthPlanes(const ViewDomain& domain, const TriangleMesh& mesh,
   ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       const Eigen::RowVector3d row =
-          MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], camera)
+          MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], rays)
               .coefficients.colwise()
               .sum();
       for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {

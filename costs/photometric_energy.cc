@@ -138,10 +138,11 @@ struct PhotometricEnergy::State : public PhotometricEnergy::Shared {
     const size_t pixels = static_cast<size_t>(domain.width) * domain.height;
 
     pencils.resize(facets);
-    inverse_depth.assign(pixels, T(0));
+    inverse_depth.resize(pixels);  // outside the facets' pixels anything
+    const ViewRays rays((*views)[view].camera);
     ParallelFor(facets, kFacetGrain, [&](int begin, int end) {
       for (int k = begin; k < end; ++k) {
-        pencils[k] = MakeFacetPencil(positions, faces[domain.facet[k]], (*views)[view].camera);
+        pencils[k] = MakeFacetPencil(positions, faces[domain.facet[k]], rays);
         const Eigen::RowVector3d row = pencils[k].coefficients.colwise().sum();
         for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
           const uint32_t p = domain.pixel[n];
