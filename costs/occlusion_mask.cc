@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/facet_pencil.h"
 #include "core/parallel.h"
 
 namespace burin {

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "core/facet_pencil.h"
 #include "core/parallel.h"
 #include "costs/pair_kernel.h"
 #include "costs/patch_cost.h"
