@@ -18,9 +18,6 @@
 namespace burin {
 namespace {
 
-// Dense BFGS keeps an n x n matrix.
-constexpr int kBfgsMaxUnknowns = 8000;
-
 class Stopwatch {
  public:
   double Seconds() const {
@@ -103,6 +100,7 @@ RoundProblem BuildProblem(const std::vector<EnergyTerm*>& terms, const RoundCont
   round.problem = std::make_unique<ceres::Problem>(problem_options);
   round.task.problem = round.problem.get();
   round.task.vertices = vertices;
+  round.task.evaluation_callback = callback;
   round.task.context = &context;
   size_t known = 0;
   std::vector<ceres::ResidualBlockId> blocks;
@@ -245,10 +243,12 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
       if (strategy == nullptr) {
         throw InputError("solver.type = " + options.solver.type + ": no such strategy");
       }
-      if (strategy->name == "bfgs" && unknowns > kBfgsMaxUnknowns) {
-        throw InputError("solver.type = bfgs: " + std::to_string(unknowns) + " unknowns, at most " +
-                         std::to_string(kBfgsMaxUnknowns) + " fit its dense matrix; take lbfgs");
+      if (strategy->max_unknowns > 0 && unknowns > strategy->max_unknowns) {
+        throw InputError("solver.type = " + strategy->name + ": " + std::to_string(unknowns) +
+                         " unknowns, at most " + std::to_string(strategy->max_unknowns) +
+                         " fit its dense matrix; take lbfgs");
       }
+      round.task.pixel = std::ldexp(1.0, level);
       const double round_work = std::ldexp(1.0, -2 * level);
       round.task.on_iteration = [&](const IterationRecord& record) {
         if (!hooks.on_iteration) return true;
@@ -267,6 +267,7 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
       Stopwatch solve_watch;
       round_summary.energy_initial = EnergyByTerm(round);
       round_summary.solve = strategy->solve(round.task, options.solver);
+      round_summary.solve.strategy = strategy->name;
       round_summary.energy_final = EnergyByTerm(round);
       round_summary.solve_seconds = solve_watch.Seconds();
       if (round_summary.solve.usable) mesh.vertices = positions;
