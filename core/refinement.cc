@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "core/error.h"
+#include "core/mesh_order.h"
 #include "core/motion.h"
 #include "core/pyramid.h"
 #include "core/round.h"
@@ -177,8 +178,9 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
                      " views: mesh and cameras are not in the same coordinate frame");
   }
   summary->footprint = footprint;
-  TriangleMesh mesh = input;
-  for (Eigen::Vector3d& vertex : mesh.vertices) vertex = (vertex - origin) / footprint;
+  // As the caller knows it: input vertices first, then new ones as they are made.
+  TriangleMesh result = input;
+  for (Eigen::Vector3d& vertex : result.vertices) vertex = (vertex - origin) / footprint;
   const Motion motion = options.motion == "free" ? Motion::kFree : Motion::kNormal;
 
   // Work is proportional to pixels: level l has 4^-l of them.
@@ -204,7 +206,9 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
     for (const LevelView& view : views) cameras.push_back(view.camera);
     SubdivisionOptions subdivision;
     subdivision.max_facet_px = options.level.max_facet_px;
-    SplitLargeFaces(&mesh, cameras, subdivision);
+    SplitLargeFaces(&result, cameras, subdivision);
+    const MeshOrder order = OrderAlongCurve(result);
+    TriangleMesh mesh = Ordered(result, order);
     level_summary.subdivide_seconds = subdivide_watch.Seconds();
     level_summary.width = views[0].camera.width;
     level_summary.height = views[0].camera.height;
@@ -276,11 +280,12 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
       level_summary.rounds.push_back(std::move(round_summary));
       work_done += round_work;
     }
+    RestoreVertices(mesh, order, &result);
     summary->levels.push_back(std::move(level_summary));
   }
-  for (Eigen::Vector3d& vertex : mesh.vertices) vertex = vertex * footprint + origin;
+  for (Eigen::Vector3d& vertex : result.vertices) vertex = vertex * footprint + origin;
   summary->seconds = total.Seconds();
-  return mesh;
+  return result;
 }
 
 }  // namespace burin
