@@ -24,6 +24,16 @@ struct Scratch {
 // tangent(rows x columns at stride m) = ambient (rows x size) * plus (size x columns).
 void ApplyPlusJacobian(const double* ambient, int rows, int size, const double* plus, int columns,
                        double* tangent, int stride) {
+  if (size == 3 && columns == 1) {
+    const double n0 = plus[0];
+    const double n1 = plus[1];
+    const double n2 = plus[2];
+    for (int r = 0; r < rows; ++r) {
+      const double* row = ambient + 3 * static_cast<ptrdiff_t>(r);
+      tangent[static_cast<ptrdiff_t>(r) * stride] = row[0] * n0 + row[1] * n1 + row[2] * n2;
+    }
+    return;
+  }
   for (int r = 0; r < rows; ++r) {
     for (int c = 0; c < columns; ++c) {
       double sum = 0;
@@ -115,21 +125,21 @@ bool NormalEquations::EvaluateResiduals(int index, Wanted wanted) {
 
 void NormalEquations::AddRows(const RowTask& task, Wanted wanted, Eigen::VectorXd* gradient) {
   const MovingBlock& moving = blocks_[task.block];
+  const int height = moving.tangent_size;
+  double* gradient_rows = gradient->data() + moving.first_unknown;
+  const int64_t* row_start = &matrix_.start[moving.first_unknown];
+  double* values = matrix_.value.data();
   int64_t slot = task.first_slot;
   for (int c = task.begin; c < task.end; ++c) {
     const Residuals& block = residuals_[contributions_[c].residuals];
     const Parameter* parameters = &parameters_[block.first_parameter];
     const int count = ParameterEnd(contributions_[c].residuals) - block.first_parameter;
-    int row = 0;  // of the contribution within its residual block
-    for (int p = 0; p < contributions_[c].parameter; ++p) {
-      if (parameters[p].block >= 0) row += blocks_[parameters[p].block].tangent_size;
-    }
+    const int row = contributions_[c].row;
     const double* local_gradient = &buffer_[block.first_value];
     const double* local = local_gradient + block.unknowns;
-    for (int i = 0; i < moving.tangent_size; ++i) {
-      (*gradient)[moving.first_unknown + i] += local_gradient[row + i];
-    }
+    for (int i = 0; i < height; ++i) gradient_rows[i] += local_gradient[row + i];
     if (wanted != Wanted::kMatrix) continue;
+    const double* local_rows = local + static_cast<ptrdiff_t>(row) * block.unknowns;
     int column = 0;
     for (int p = 0; p < count; ++p) {
       const int other = parameters[p].block;
@@ -137,10 +147,14 @@ void NormalEquations::AddRows(const RowTask& task, Wanted wanted, Eigen::VectorX
       const int width = blocks_[other].tangent_size;
       if (other <= task.block) {
         const int offset = slots_[slot++];
-        for (int i = 0; i < moving.tangent_size; ++i) {
-          double* target = &matrix_.value[matrix_.start[moving.first_unknown + i] + offset];
-          const double* source = local + static_cast<size_t>(row + i) * block.unknowns + column;
-          for (int j = 0; j < width; ++j) target[j] += source[j];
+        if (height == 1 && width == 1) {
+          values[row_start[0] + offset] += local_rows[column];
+        } else {
+          for (int i = 0; i < height; ++i) {
+            double* target = values + row_start[i] + offset;
+            const double* source = local_rows + static_cast<ptrdiff_t>(i) * block.unknowns + column;
+            for (int j = 0; j < width; ++j) target[j] += source[j];
+          }
         }
       }
       column += width;

@@ -97,7 +97,7 @@ class NormalEquations {
   };
   struct Contribution {
     int residuals;  // index into residuals_
-    int parameter;  // position among its parameters
+    int row;        // first unknown of the row block among those of the residual block
   };
 
   void MakeUnknowns(const std::vector<ceres::ResidualBlockId>& ids,

@@ -103,9 +103,12 @@ void NormalEquations::MakePattern() {
   contributions_.resize(first[block_count]);
   std::vector<int> next(first.begin(), first.end() - 1);
   for (int r = 0; r < residual_count; ++r) {
+    int row = 0;
     for (int p = residuals_[r].first_parameter; p < ParameterEnd(r); ++p) {
       const int k = parameters_[p].block;
-      if (k >= 0) contributions_[next[k]++] = {r, p - residuals_[r].first_parameter};
+      if (k < 0) continue;
+      contributions_[next[k]++] = {r, row};
+      row += blocks_[k].tangent_size;
     }
   }
 

@@ -8,8 +8,9 @@
 //   lbfgs_sobolev   M = I + length^2 K, K the Laplacian of the mesh graph (degree on the diagonal,
 //                   -1 for every edge between moving vertices): gradients are smoothed over about
 //                   `length` edges, solver.sobolev_length
-//   lbfgs_h         M = H + diag(H) / radius + 1e-9 I at the start, radius being
-//                   solver.initial_trust_radius: the first direction is a Levenberg-Marquardt step
+//   lbfgs_h         M = H + diag(H) / radius + 0.01 mean(diag(H)) I at the start, radius being
+//                   solver.initial_trust_radius: the first direction is nearly a
+//                   Levenberg-Marquardt step
 //
 // c makes step 1 along the first direction p = -M^-1 g the minimum of the model with H: with
 // alpha = -g.p / p.H p, c^2 = 1 / alpha (and larger where the line search would take less than a
@@ -31,7 +32,10 @@
 namespace burin {
 namespace {
 
-constexpr double kFloor = 1e-9;  // of the diagonal of H, for unknowns on which nothing depends
+// Unknowns that H hardly holds may move far along L-BFGS' directions, whose gradients are from other
+// points than H; this share of the mean diagonal holds them. On the embedded scene 0, 0.001, 0.01 and
+// 0.1 take 52, 55, 45 and 59 evaluations to an RMSE of 0.00038, 0.00037, 0.00035 and 0.00038.
+constexpr double kMeanDamping = 0.01;
 
 double Seconds(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -236,8 +240,10 @@ SolveSummary SolveLbfgsSobolev(const SolveTask& task, const SolverOptions& optio
 SolveSummary SolveLbfgsH(const SolveTask& task, const SolverOptions& options) {
   return Minimise(task, options, [&](const NormalEquations& equations, SparseCholesky* factor) {
     const SymmetricMatrix& matrix = equations.matrix();
-    return factor->Factor(matrix, matrix.Diagonal() / options.initial_trust_radius +
-                                      Eigen::VectorXd::Constant(matrix.size, kFloor));
+    const Eigen::VectorXd diagonal = matrix.Diagonal();
+    const double mean_damping = kMeanDamping * diagonal.mean();
+    return factor->Factor(
+        matrix, (diagonal.array() / options.initial_trust_radius + mean_damping).matrix());
   });
 }
 

@@ -13,6 +13,8 @@
 #include "core/motion.h"
 #include "core/parallel.h"
 #include "core/round.h"
+#include "core/sparse_cholesky.h"
+#include "core/strategies.h"
 #include "costs/photometric_energy.h"
 #include "costs/smoothness_energy.h"
 #include "tests/test_scene.h"
@@ -148,6 +150,125 @@ TEST(NormalEquations, AgreeWithCeresJacobian) {
       EXPECT_NE(moved, state);
     }
   }
+}
+
+// The worked example of docs/extending.md: Gauss-Newton with Cholesky and step halving.
+SolveSummary SolveGaussNewton(const SolveTask& task, const SolverOptions& options) {
+  NormalEquations equations(task.problem, task.evaluation_callback, VertexBlocks(task));
+  SolveSummary summary;
+  summary.unknowns = equations.unknowns();
+  double cost = 0;
+  Eigen::VectorXd gradient;
+  if (!equations.Evaluate(&cost, &gradient)) return summary;  // usable stays false
+  summary.usable = true;
+  summary.initial_energy = cost;
+  summary.termination = "Maximum number of iterations reached.";
+  SparseCholesky factor;
+  NormalEquations::State state;
+  for (int i = 1; i <= options.max_iterations; ++i) {
+    equations.Save(&state);
+    if (!factor.Factor(equations.matrix(), 1e-3 * equations.matrix().Diagonal())) break;
+    Eigen::VectorXd step;
+    factor.ApplyInverseLower(-gradient, &step);
+    factor.ApplyInverseUpper(Eigen::VectorXd(step), &step);
+    double trial = cost;
+    double share = 1;
+    while (share > 1e-3 && !(equations.SetPlus(state, share * step) &&
+                             equations.EvaluateCost(&trial) && trial < cost)) {
+      share /= 2;
+    }
+    if (share <= 1e-3) {
+      equations.Restore(state);
+      summary.termination = "No step lowers the energy.";
+      break;
+    }
+    const double before = cost;
+    equations.Evaluate(&cost, &gradient);  // the callback has this point already
+    summary.iterations = i;
+    IterationRecord record;
+    record.iteration = i;
+    record.energy = cost;
+    record.gradient_max = gradient.cwiseAbs().maxCoeff();
+    record.step_norm = share * step.norm();
+    if (task.on_iteration && !task.on_iteration(record)) break;
+    if (before - cost <= options.function_tolerance * before) {
+      summary.termination = "Function tolerance reached.";
+      break;
+    }
+  }
+  summary.final_energy = cost;
+  return summary;
+}
+
+SolveTask TaskOf(Round* round) {
+  SolveTask task;
+  task.problem = round->problem.get();
+  task.evaluation_callback = &round->photometric;
+  task.vertices = &round->positions;
+  task.context = &round->context;
+  return task;
+}
+
+// Every strategy on normal equations lowers the energy of the problem and keeps constant blocks, in
+// both motions.
+TEST(OwnStrategies, LowerTheEnergyAndKeepConstantBlocks) {
+  using Solver = SolveSummary (*)(const SolveTask&, const SolverOptions&);
+  for (const Motion motion : {Motion::kNormal, Motion::kFree}) {
+    for (const Solver solve :
+         {Solver(SolveGaussNewton), SolveLmPcg, SolveLbfgsSobolev, SolveLbfgsH}) {
+      Round round(motion);
+      const std::vector<Eigen::Vector3d> before = round.positions;
+      SolveTask task = TaskOf(&round);
+      std::vector<IterationRecord> records;
+      task.on_iteration = [&](const IterationRecord& record) {
+        records.push_back(record);
+        return true;
+      };
+      const SolveSummary summary = solve(task, SolverOptions());
+      EXPECT_TRUE(summary.usable);
+      EXPECT_LT(summary.final_energy, 0.95 * summary.initial_energy);
+      double energy = 0;
+      ASSERT_TRUE(round.problem->Evaluate(ceres::Problem::EvaluateOptions(), &energy, nullptr,
+                                          nullptr, nullptr));
+      EXPECT_NEAR(energy, summary.final_energy, 1e-12 * energy);
+      ASSERT_FALSE(records.empty());
+      // Ceres does not report the step that ends a line search by tolerance.
+      EXPECT_GE(records.back().energy, summary.final_energy);
+      EXPECT_GT(records.back().step_norm, 0);
+      for (size_t v = 0; v < before.size(); ++v) {
+        double* block = round.positions[v].data();
+        if (!round.problem->HasParameterBlock(block) ||
+            round.problem->IsParameterBlockConstant(block)) {
+          EXPECT_EQ(round.positions[v], before[v]);
+        }
+      }
+    }
+  }
+}
+
+TEST(OwnStrategies, LmPcgLeavesWhenTheNextStepIsShort) {
+  Round round(Motion::kNormal);
+  SolveTask task = TaskOf(&round);
+  SolverOptions options;
+  options.function_tolerance = 0;
+  options.max_iterations = 40;
+  std::vector<double> steps;
+  task.on_iteration = [&](const IterationRecord& record) {
+    if (record.iteration > 0) steps.push_back(record.step_norm);
+    return true;
+  };
+  SolveLmPcg(task, options);
+  ASSERT_GT(steps.size(), 5);
+  // A limit between the fourth and the shortest earlier step: three steps are taken.
+  const double earlier = std::min({steps[0], steps[1], steps[2]});
+  ASSERT_LT(steps[3], earlier);
+  NormalEquations equations(round.problem.get(), &round.photometric, round.order);
+  const double moving = static_cast<double>(equations.moving_blocks().size());
+  Round again(Motion::kNormal);
+  task = TaskOf(&again);
+  task.pixel = 4;
+  options.min_step_px = 0.5 * (steps[3] + earlier) / std::sqrt(moving) / task.pixel;
+  EXPECT_EQ(SolveLmPcg(task, options).iterations, 3);
 }
 
 TEST(NormalEquations, ConstantBlocksStay) {

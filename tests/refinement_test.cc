@@ -50,7 +50,9 @@ TEST(Refinement, EveryStrategyLowersEnergyAndError) {
     }
     const double after = Rmse(result.mesh);
     RecordProperty(strategy.name + "_rmse_px", std::to_string(after / Relief().footprint));
-    const bool second_order = strategy.name.rfind("lm_", 0) == 0 || strategy.name == "dogleg";
+    // Strategies that know the curvature of the energy get four times nearer, the others nearer.
+    const bool second_order = strategy.name.rfind("lm_", 0) == 0 || strategy.name == "dogleg" ||
+                              strategy.name == "lbfgs_h";
     EXPECT_LT(after, before / (second_order ? 4 : 1.2)) << strategy.name;
   }
 }
