@@ -124,6 +124,14 @@ void MaskOptions::Describe(OptionSet* set) {
       "use them in full, as without masks; or full_thin = drop them except on thin things, "
       "where no neighbour has more",
       {"drop", "full", "full_thin"});
+  set->Add(
+      "mask.band_px", &band_px,
+      "With plane, from the second level on: pixels this near to a depth step of either view are "
+      "left out where enough pairs see the surface clear of steps; 0 = off",
+      0, 100);
+  set->Add("mask.evidence", &evidence,
+           "Pairs that must see a facet's patch clear of steps for mask.band_px, on average", 0,
+           1e6);
 }
 
 MaskMode MaskModeNamed(const std::string& name) {

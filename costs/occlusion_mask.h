@@ -37,6 +37,8 @@ struct MaskOptions {
   std::string mode = "plane";
   double plane_px = 3;
   std::string below = "full_thin";  // what becomes of a window with too few valid taps
+  double band_px = 3;               // costs/step_band.h; with mode plane; 0 = off
+  double evidence = 4;              // pairs
   void Describe(OptionSet* set);
 };
 
