@@ -5,6 +5,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "core/facet_pencil.h"
 #include "core/parallel.h"
 
 namespace burin {
@@ -39,12 +40,11 @@ void ForPixels(const ViewDomain& domain, int k, Visit visit) {
 void RemoveNearSteps(const ViewDomain& domain, int i, const std::vector<Camera>& cameras,
                      const TriangleMesh& mesh, const std::vector<std::vector<uint8_t>>& near_steps,
                      PartnerBits* bits) {
-  const Camera& reference = cameras[i];
-  const Eigen::Vector3d center = reference.Center();
+  const ViewRays rays(cameras[i]);
   ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       const Eigen::RowVector3d row =
-          MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], reference)
+          MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], rays)
               .coefficients.colwise()
               .sum();
       ForPixels(domain, k, [&](uint32_t p) {
@@ -52,10 +52,9 @@ void RemoveNearSteps(const ViewDomain& domain, int i, const std::vector<Camera>&
           for (auto& plane : *bits) plane[p] = 0;
           return;
         }
-        const double x = p % static_cast<uint32_t>(domain.width) + 0.5;
-        const double y = p / static_cast<uint32_t>(domain.width) + 0.5;
-        const Eigen::Vector3d point =
-            center + reference.Ray(x, y) / (row[0] * x + row[1] * y + row[2]);
+        const Eigen::Vector3d pixel(p % static_cast<uint32_t>(domain.width) + 0.5,
+                                    p / static_cast<uint32_t>(domain.width) + 0.5, 1);
+        const Eigen::Vector3d point = rays.center + rays.ray_from_pixel * pixel / row.dot(pixel);
         for (size_t b = 0; b < domain.seconds.size(); ++b) {
           const auto bit = static_cast<uint8_t>(1U << (b % 8));
           const int j = domain.seconds[b];
