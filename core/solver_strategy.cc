@@ -7,7 +7,7 @@ namespace burin {
 void SolverOptions::Describe(OptionSet* set) {
   std::vector<std::string> names = {"auto"};
   for (const Strategy& strategy : Strategies()) names.push_back(strategy.name);
-  set->Add("solver.type", &type, "Minimiser; auto = lm_cholesky for small meshes, else lm_cgnr",
+  set->Add("solver.type", &type, "Minimiser; auto = lm_cholesky for small meshes, else lm_pcg",
            names);
   set->Add("solver.max_iterations", &max_iterations, "Iterations a round at most", 0, 100000);
   set->Add("solver.function_tolerance", &function_tolerance,
@@ -53,7 +53,7 @@ std::vector<double*> VertexBlocks(const SolveTask& task) {
 const Strategy* FindStrategy(const std::string& name, int unknowns, const SolverOptions& options) {
   const std::string wanted =
       name != "auto" ? name
-                     : (unknowns <= options.cholesky_max_unknowns ? "lm_cholesky" : "lm_cgnr");
+                     : (unknowns <= options.cholesky_max_unknowns ? "lm_cholesky" : "lm_pcg");
   for (const Strategy& strategy : Strategies()) {
     if (strategy.name == wanted) return &strategy;
   }

@@ -83,7 +83,7 @@ struct Strategy {
 const std::vector<Strategy>& Strategies();
 
 // The strategy called `name`, null when there is none; "auto" gives lm_cholesky up to
-// options.cholesky_max_unknowns unknowns, else lm_cgnr.
+// options.cholesky_max_unknowns unknowns, else lm_pcg.
 const Strategy* FindStrategy(const std::string& name, int unknowns, const SolverOptions& options);
 
 }  // namespace burin
