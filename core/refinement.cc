@@ -5,6 +5,7 @@
 #include <malloc.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <memory>
@@ -149,10 +150,18 @@ void LevelOptions::Describe(OptionSet* set) {
   set->Add("level.count", &count, "Levels of the image pyramid, each half the size of the next", 1,
            12);
   set->Add("level.finest", &finest, "Finest level used: 0 = full resolution, 1 = half, ...", 0, 11);
-  set->Add("level.rounds", &rounds, "Rounds of freezing visibility and solving, a level", 1, 1000);
+  set->Add("level.rounds", &rounds,
+           "Rounds of freezing visibility and solving, on the finest level", 1, 1000);
+  set->Add("level.coarse_rounds", &coarse_rounds, "The same, on every coarser level", 1, 1000);
+  set->Add("level.coarse_tolerance", &coarse_tolerance,
+           "solver.function_tolerance on every coarser level", 0, 1);
   set->Add("level.max_facet_px", &max_facet_px,
            "Facets are split to this area in their sharpest view, square pixels of the level", 0.5,
            1e9);
+  set->Add("level.max_edge_px", &max_edge_px,
+           "Facets with a longer edge are split too, pixel footprints of the level: those seen "
+           "obliquely, as on depth steps; 0 = any length",
+           0, 1e9);
   set->Add("level.border_px", &border_px,
            "Surface points projecting nearer to the second image's border are left out, pixels", 0,
            1000);
@@ -188,9 +197,13 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
   double work_done = 0;
   const int last = options.level.finest;
   const int first = last + options.level.count - 1;
+  const auto rounds_of = [&](int level) {
+    return level > last ? options.level.coarse_rounds : options.level.rounds;
+  };
   for (int level = first; level >= last; --level) {
-    work_total += options.level.rounds * std::ldexp(1.0, -2 * level);
+    work_total += rounds_of(level) * std::ldexp(1.0, -2 * level);
   }
+  std::vector<char> was_supported(mesh.vertices.size(), 0);
   bool stopped = false;
   for (int level = first; level >= last && !stopped; --level) {
     ReturnFreeMemory();
@@ -206,21 +219,30 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
     for (const LevelView& view : views) cameras.push_back(view.camera);
     SubdivisionOptions subdivision;
     subdivision.max_facet_px = options.level.max_facet_px;
-    SplitLargeFaces(&mesh, cameras, subdivision);
+    subdivision.max_edge_px = options.level.max_edge_px;
+    const SubdivisionReport split = SplitLargeFaces(&mesh, cameras, subdivision);
+    for (const std::array<int, 2>& parents : split.new_vertex_parents) {
+      was_supported.push_back(
+          static_cast<char>(was_supported[parents[0]] & was_supported[parents[1]]));
+    }
+    SolverOptions solver = options.solver;
+    if (level > last) solver.function_tolerance = options.level.coarse_tolerance;
     level_summary.subdivide_seconds = subdivide_watch.Seconds();
     level_summary.width = views[0].camera.width;
     level_summary.height = views[0].camera.height;
     level_summary.vertices = static_cast<int>(mesh.vertices.size());
     level_summary.faces = static_cast<int>(mesh.faces.size());
 
-    for (int r = 0; r < options.level.rounds && !stopped; ++r) {
+    for (int r = 0; r < rounds_of(level) && !stopped; ++r) {
       ReturnFreeMemory();
       RoundSummary round_summary;
       round_summary.round = r;
       Stopwatch visibility_watch;
       std::vector<ViewDomain> domains;
-      const RoundContext context =
+      RoundContext context =
           FreezeRound(views, pairs, mesh, motion, options.level.border_px, &domains);
+      for (size_t v = 0; v < was_supported.size(); ++v) was_supported[v] |= context.supported[v];
+      context.was_supported = was_supported;
       round_summary.visibility_seconds = visibility_watch.Seconds();
       for (const ViewDomain& domain : domains) {
         for (int64_t pixels : domain.pair_pixels) round_summary.pair_pixels += pixels;
@@ -241,9 +263,9 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
 
       const int unknowns =
           round.problem->NumParameterBlocks() * (motion == Motion::kNormal ? 1 : 3);
-      const Strategy* strategy = FindStrategy(options.solver.type, unknowns, options.solver);
+      const Strategy* strategy = FindStrategy(solver.type, unknowns, solver);
       if (strategy == nullptr) {
-        throw InputError("solver.type = " + options.solver.type + ": no such strategy");
+        throw InputError("solver.type = " + solver.type + ": no such strategy");
       }
       if (strategy->name == "bfgs" && unknowns > kBfgsMaxUnknowns) {
         throw InputError("solver.type = bfgs: " + std::to_string(unknowns) + " unknowns, at most " +
@@ -255,10 +277,10 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
         RefinementEvent event;
         event.level = level;
         event.round = r;
-        const double share = options.solver.max_iterations > 0
-                                 ? std::min(1.0, static_cast<double>(record.iteration) /
-                                                     options.solver.max_iterations)
-                                 : 1.0;
+        const double share =
+            solver.max_iterations > 0
+                ? std::min(1.0, static_cast<double>(record.iteration) / solver.max_iterations)
+                : 1.0;
         event.done = (work_done + share * round_work) / work_total;
         event.iteration = record;
         if (!hooks.on_iteration(event)) stopped = true;
@@ -266,7 +288,7 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
       };
       Stopwatch solve_watch;
       round_summary.energy_initial = EnergyByTerm(round);
-      round_summary.solve = strategy->solve(round.task, options.solver);
+      round_summary.solve = strategy->solve(round.task, solver);
       round_summary.energy_final = EnergyByTerm(round);
       round_summary.solve_seconds = solve_watch.Seconds();
       if (round_summary.solve.usable) mesh.vertices = positions;
