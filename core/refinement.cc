@@ -5,6 +5,7 @@
 #include <malloc.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <memory>
@@ -202,6 +203,8 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
   for (int level = first; level >= last; --level) {
     work_total += rounds_of(level) * std::ldexp(1.0, -2 * level);
   }
+  // Of the vertices of `result`: some pair has seen a facet of theirs.
+  std::vector<char> was_supported(result.vertices.size(), 0);
   bool stopped = false;
   for (int level = first; level >= last && !stopped; --level) {
     ReturnFreeMemory();
@@ -218,7 +221,11 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
     SubdivisionOptions subdivision;
     subdivision.max_facet_px = options.level.max_facet_px;
     subdivision.max_edge_px = options.level.max_edge_px;
-    SplitLargeFaces(&result, cameras, subdivision);
+    const SubdivisionReport split = SplitLargeFaces(&result, cameras, subdivision);
+    for (const std::array<int, 2>& parents : split.new_vertex_parents) {
+      was_supported.push_back(
+          static_cast<char>(was_supported[parents[0]] & was_supported[parents[1]]));
+    }
     const MeshOrder order = OrderAlongCurve(result);
     TriangleMesh mesh = Ordered(result, order);
     level_summary.subdivide_seconds = subdivide_watch.Seconds();
@@ -235,8 +242,13 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
       round_summary.round = r;
       Stopwatch visibility_watch;
       std::vector<ViewDomain> domains;
-      const RoundContext context =
+      RoundContext context =
           FreezeRound(views, pairs, mesh, motion, options.level.border_px, &domains);
+      for (size_t v = 0; v < order.vertex.size(); ++v) {
+        char& was = was_supported[order.vertex[v]];
+        was = static_cast<char>(was | context.supported[v]);
+        context.was_supported[v] = was;
+      }
       round_summary.visibility_seconds = visibility_watch.Seconds();
       for (const ViewDomain& domain : domains) {
         for (int64_t pixels : domain.pair_pixels) round_summary.pair_pixels += pixels;
