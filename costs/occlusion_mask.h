@@ -16,6 +16,8 @@
 //                 depths are what the plane of the centre's facet predicts (see `plane`) keeps all.
 //   plane         valid: the depth differs from the plane of the centre's facet by less than
 //                 plane_px pixel footprints at the centre (footprint = depth / focal length).
+//                 From a run's second level on it also leaves out pixels beside a step
+//                 (costs/step_band.h), which knows both views.
 //
 // What the print does instead, by its own arithmetic (tests/occlusion_mask_test.cc): at constant
 // depth M = sigma = 0 and 0 < 0 leaves no tap; from a background centre a nearer occluder is kept
