@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/commands.h"
+#include "apps/memory_limit.h"
 #include "core/did_you_mean.h"
 #include "core/error.h"
 
@@ -64,6 +65,7 @@ int ParseAndRun(int argc, const char* const* argv) {
   AddRefineCommand(&app);
   AddSelectCommand(&app);
   AddDemoCommand(&app);
+  AddCompareCommand(&app);
   AddSynthCommand(&app);
   AddEvaluateCommand(&app);
   AddSolversCommand(&app);
@@ -89,6 +91,8 @@ int RunCommandLine(int argc, const char* const* argv) {
     return ParseAndRun(argc, argv);
   } catch (const InputError& error) {
     return Fail(error.what(), kExitBadInput);
+  } catch (const MemoryLimitError& error) {
+    return Fail(error.what(), kExitOutOfMemory);
   } catch (const std::bad_alloc&) {
     return Fail("out of memory", kExitOutOfMemory);
   } catch (const std::exception& error) {

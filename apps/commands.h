@@ -27,6 +27,10 @@ void AddSelectCommand(CLI::App* program);
 // draws before and after.
 void AddDemoCommand(CLI::App* program);
 
+// burin compare-solvers SCENE_DIR --mesh M.ply [--truth T.ply] --output DIR: every strategy from the same
+// start; compare.csv, compare.json, compare.svg.
+void AddCompareCommand(CLI::App* program);
+
 // burin solvers: the strategies by name, a line each.
 void AddSolversCommand(CLI::App* program);
 

@@ -55,6 +55,18 @@ cv::Mat Stretched(const cv::Mat1f& residual) {
   return picture;
 }
 
+// Of the scene's truth, which stays in memory while the mesh is refined.
+double HeldBytes(const SyntheticScene& synthetic) {
+  double bytes = static_cast<double>(
+      synthetic.truth.vertices.size() * sizeof(Eigen::Vector3d) +
+      synthetic.truth.faces.size() * sizeof(Eigen::Vector3i) +
+      (synthetic.truth_points.size() + synthetic.truth_normals.size()) * sizeof(Eigen::Vector3d));
+  for (const cv::Mat1f& depth : synthetic.depth) {
+    bytes += static_cast<double>(depth.total() * depth.elemSize());
+  }
+  return bytes;
+}
+
 void DemoCommand::Run() {
   const std::filesystem::path folder(output);
   std::error_code error;
@@ -69,6 +81,8 @@ void DemoCommand::Run() {
   WriteSyntheticTruth(synthetic, folder / "scene");
   WriteMesh(folder / "scene" / "init.ply", synthetic.init);
   WriteMesh(folder / "scene" / "truth.ply", synthetic.truth);
+  RunInputs inputs;
+  inputs.memory = CheckMemory(synthetic.scene, synthetic.init, options, HeldBytes(synthetic));
   progress.Line("refining");
   std::vector<RefinementEvent> events;
   RefinementHooks hooks;
@@ -82,7 +96,6 @@ void DemoCommand::Run() {
 
   WriteMesh(folder / "refined.ply", result.mesh);
   WriteTextAtomically(folder / "trace.csv", TraceCsv(events));
-  RunInputs inputs;
   inputs.command_line = "burin demo --output " + output;
   inputs.scene_path = (folder / "scene").string();
   inputs.mesh_path = (folder / "scene" / "init.ply").string();

@@ -8,6 +8,7 @@
 #include "apps/commands.h"
 #include "apps/option_binding.h"
 #include "apps/pipeline.h"
+#include "apps/solver_comparison.h"
 #include "core/evaluation.h"
 #include "core/options.h"
 #include "core/synthetic.h"
@@ -20,15 +21,19 @@ void ForEachCommand(const std::function<void(const std::string&, const OptionSet
   PipelineOptions refine;
   SyntheticOptions synth;
   EvaluationOptions evaluate;
+  CompareOptions compare;
   OptionSet refine_set;
   OptionSet synth_set;
   OptionSet evaluate_set;
+  OptionSet compare_set;
   refine.Describe(&refine_set);
   synth.Describe(&synth_set);
   evaluate.Describe(&evaluate_set);
+  compare.Describe(&compare_set);
   visit("burin refine", refine_set);
   visit("burin synth", synth_set);
   visit("burin evaluate", evaluate_set);
+  visit("burin compare-solvers, beside those of refine", compare_set);
 }
 
 void PrintPlain() {

@@ -7,11 +7,20 @@
 
 namespace burin {
 
+void MemoryOptions::Describe(OptionSet* set) {
+  set->Add(
+      "memory.limit_gb", &limit_gb,
+      "A run is refused when its estimated peak memory is above this; 0 = what the machine has "
+      "available",
+      0, 1e6);
+}
+
 void PipelineOptions::Describe(OptionSet* set) {
   pairs.Describe(set);
   photo.Describe(set);
   smooth.Describe(set);
   refinement.Describe(set);
+  memory.Describe(set);
   set->Add("run.threads", &threads, "Threads; 0 = all cores. Results do not depend on it", 0, 4096);
 }
 
@@ -28,14 +37,15 @@ void PipelineOptions::Check() const {
 }
 
 PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
-                           const PipelineOptions& options, const RefinementHooks& hooks) {
+                           const PipelineOptions& options, const RefinementHooks& hooks,
+                           const PairSelection* selection) {
   const PipelineOptions checked = options;  // a hook may change the caller's
   checked.Check();
   SetThreadCount(checked.threads);
 
   PipelineResult result;
   const auto start = std::chrono::steady_clock::now();
-  result.selection = SelectPairs(scene, mesh, checked.pairs);
+  result.selection = selection != nullptr ? *selection : SelectPairs(scene, mesh, checked.pairs);
   result.selection_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   PhotometricEnergy photometric(checked.photo);

@@ -15,12 +15,18 @@
 
 namespace burin {
 
+struct MemoryOptions {
+  double limit_gb = 0;  // 0 = what the machine has available (apps/memory_estimate.h)
+  void Describe(OptionSet* set);
+};
+
 // Mirrors the stages; every option of a run is in here.
 struct PipelineOptions {
   PairsOptions pairs;
   PhotometricOptions photo;
   SmoothnessOptions smooth;
   RefinementOptions refinement;
+  MemoryOptions memory;
   int threads = 0;  // 0 = all cores
   void Describe(OptionSet* set);
   // Throws InputError for values out of range or that do not fit together.
@@ -34,8 +40,10 @@ struct PipelineResult {
   double selection_seconds = 0;
 };
 
-// Throws InputError for anything wrong with scene, mesh or options.
+// Throws InputError for anything wrong with scene, mesh or options. `selection` may hold what
+// SelectPairs made of the same scene, mesh and options.
 PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
-                           const PipelineOptions& options, const RefinementHooks& hooks = {});
+                           const PipelineOptions& options, const RefinementHooks& hooks = {},
+                           const PairSelection* selection = nullptr);
 
 }  // namespace burin

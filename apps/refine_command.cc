@@ -76,11 +76,12 @@ void RefineCommand::Run() {
   options.Check();
   const OutputFolder output(output_path);
   const std::filesystem::path& folder = output.path();
-  const Scene scene = LoadColmapScene(scene_path);
   MeshReport report;
   const TriangleMesh mesh = ReadMesh(mesh_path, &report);
-  CheckMeshIsSeen(scene, mesh, mesh_path);
   RunInputs inputs;
+  inputs.memory = CheckMemory(LoadColmapScene(scene_path, /*with_images=*/false), mesh, options);
+  const Scene scene = LoadColmapScene(scene_path);
+  CheckMeshIsSeen(scene, mesh, mesh_path);
   inputs.command_line = "burin refine " + scene_path + " --mesh " + mesh_path + " --output " +
                         output_path + " --config " + (folder / "config.toml").string();
   inputs.scene_path = scene_path;

@@ -122,6 +122,7 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
                      {"total", total_seconds}};
   json["threads"] = ThreadCount();
   json["peak_memory_mib"] = std::round(PeakMemoryMib());
+  json["memory"] = MemoryJson(inputs.memory);
   const bool any_round =
       !result.refinement.levels.empty() && !result.refinement.levels.back().rounds.empty();
   json["termination"] =

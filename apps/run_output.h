@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/memory_limit.h"
 #include "apps/pipeline.h"
 
 namespace burin {
@@ -25,6 +26,7 @@ struct RunInputs {
   const TriangleMesh* mesh = nullptr;
   std::string mesh_report;  // one line of checks
   double load_seconds = 0;
+  MemoryCheck memory;  // made before the run
 };
 
 // Everything about a finished run. `total_seconds` includes reading and writing.

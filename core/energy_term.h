@@ -8,6 +8,7 @@
 #include <ceres/problem.h>
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <string>
@@ -68,6 +69,13 @@ class EnergyTerm {
 
   // Called before the term's residuals are evaluated at new positions; null when not needed.
   virtual ceres::EvaluationCallback* Callback() { return nullptr; }
+
+  // How often the term's data were evaluated since BeginRound; 0 for terms without a callback.
+  virtual int64_t EvaluationCount() const { return 0; }
+
+  // Drops what is remembered of the last evaluated positions, so that the next evaluation is a real
+  // one wherever it is. For timing solvers from the same start.
+  virtual void Forget() {}
 
   // Figures for summary.json: of the round just solved.
   virtual nlohmann::json RoundReport() const { return nlohmann::json::object(); }

@@ -179,6 +179,25 @@ Alignment FitToTruth(const TriangleMesh& mesh, const Side& truth, double reach,
   return alignment;
 }
 
+// What the options and the kind of truth come to.
+struct Protocol {
+  Protocol(const Truth& truth, const EvaluationOptions& options) {
+    CheckTruth(truth);
+    thresholds = options.Thresholds();
+    const bool has_normals = truth.IsMesh() || !truth.cloud.normals.empty();
+    if (options.distance == "plane" && !has_normals) {
+      throw InputError("distance = plane: the truth has no normals");
+    }
+    to_plane = options.distance == "plane" ||
+               (options.distance == "auto" && has_normals && !truth.IsMesh());
+    max_distance =
+        options.max_distance > 0 ? options.max_distance * options.unit : 10 * thresholds.back();
+  }
+  std::vector<double> thresholds;  // world units
+  bool to_plane = false;
+  double max_distance = 0;  // world units
+};
+
 // A PLY header declares faces.
 bool PlyHasFaces(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -249,15 +268,10 @@ std::vector<double> EvaluationOptions::Thresholds() const {
 
 Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
                         const EvaluationOptions& options, const std::vector<char>& flags) {
-  CheckTruth(truth);
+  const Protocol protocol(truth, options);
   CHECK(flags.empty() || (!truth.IsMesh() && flags.size() == truth.cloud.points.size()));
-  const std::vector<double> thresholds = options.Thresholds();
-  const bool has_normals = truth.IsMesh() || !truth.cloud.normals.empty();
-  if (options.distance == "plane" && !has_normals) {
-    throw InputError("distance = plane: the truth has no normals");
-  }
-  const bool to_plane =
-      options.distance == "plane" || (options.distance == "auto" && has_normals && !truth.IsMesh());
+  const std::vector<double>& thresholds = protocol.thresholds;
+  const bool to_plane = protocol.to_plane;
 
   Evaluation evaluation;
   evaluation.vertex_count = static_cast<std::int64_t>(mesh.vertices.size());
@@ -267,8 +281,7 @@ Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
   evaluation.distance = to_plane ? "plane" : "point";
   evaluation.unmatched = options.unmatched;
   evaluation.unit = options.unit;
-  evaluation.max_distance =
-      options.max_distance > 0 ? options.max_distance * options.unit : 10 * thresholds.back();
+  evaluation.max_distance = protocol.max_distance;
   evaluation.rigid = options.rigid;
 
   const auto seed = static_cast<std::uint64_t>(options.seed);
@@ -312,6 +325,32 @@ Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
   }
   if (!flags.empty()) AddGroups(from_truth, flags, thresholds, &evaluation);
   return evaluation;
+}
+
+struct AccuracyMeter::Data {
+  Data(const Truth& truth, const EvaluationOptions& o)
+      : options(o), protocol(truth, o), side(SideOf(truth)) {}
+  EvaluationOptions options;
+  Protocol protocol;
+  Side side;
+};
+
+AccuracyMeter::AccuracyMeter(const Truth& truth, const EvaluationOptions& options)
+    : data_(std::make_unique<Data>(truth, options)) {}
+
+AccuracyMeter::~AccuracyMeter() = default;
+
+DistanceStatistics AccuracyMeter::Measure(const TriangleMesh& mesh) const {
+  const EvaluationOptions& options = data_->options;
+  const double max_distance = data_->protocol.max_distance;
+  const SurfaceSamples samples =
+      SamplesOf(mesh, options.sample_count, static_cast<std::uint64_t>(options.seed), "mesh");
+  RigidMotion truth_from_mesh;
+  if (options.rigid) {
+    truth_from_mesh = FitToTruth(mesh, data_->side, 0.5 * max_distance, options).motion;
+  }
+  return Statistics(Distances(samples.points, truth_from_mesh, data_->side, max_distance,
+                              data_->protocol.to_plane));
 }
 
 double RmseToTruthMesh(const TriangleMesh& mesh, const TriangleMesh& truth, int sample_count) {

@@ -30,6 +30,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -120,6 +121,22 @@ struct Evaluation {
 // `flags`, one per point of a truth cloud (or empty), splits the completeness in two.
 Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
                         const EvaluationOptions& options = {}, const std::vector<char>& flags = {});
+
+// The accuracy of many meshes against one truth: keeps the truth's search structure. Measure() is
+// EvaluateMesh(mesh, truth, options).accuracy.
+class AccuracyMeter {
+ public:
+  // `truth` must outlive the meter. Throws InputError when it has nothing to measure or the options
+  // do not fit together.
+  AccuracyMeter(const Truth& truth, const EvaluationOptions& options);
+  ~AccuracyMeter();
+  // Throws InputError when the mesh has no area or the rigid fit finds no counterparts.
+  DistanceStatistics Measure(const TriangleMesh& mesh) const;
+
+ private:
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
 
 // Root mean square over area-uniform samples of `mesh` of the exact distance to `truth`, world
 // units. Throws InputError when either has no area.

@@ -143,6 +143,63 @@ nlohmann::json EnergyByTerm(const RoundProblem& round) {
   return energies;
 }
 
+// The strategy of that name; throws InputError when there is none or it cannot take the problem.
+const Strategy& StrategyFor(const std::string& name, int unknowns, const SolverOptions& options) {
+  const Strategy* strategy = FindStrategy(name, unknowns, options);
+  if (strategy == nullptr) throw InputError("solver.type = " + name + ": no such strategy");
+  if (strategy->max_unknowns > 0 && unknowns > strategy->max_unknowns) {
+    throw InputError("solver.type = " + strategy->name + ": " + std::to_string(unknowns) +
+                     " unknowns, at most " + std::to_string(strategy->max_unknowns) +
+                     " fit its dense matrix; take lbfgs");
+  }
+  return *strategy;
+}
+
+int64_t EvaluationCount(const std::vector<EnergyTerm*>& terms) {
+  int64_t count = 0;
+  for (const EnergyTerm* term : terms) count += term->EvaluationCount();
+  return count;
+}
+
+// Solves a copy of `round`'s task from `start`, with nothing evaluated yet, and leaves its vertices at
+// `start` again. Energies before and after are outside clock and count.
+RoundTrial TryStrategy(const RoundProblem& round, const std::vector<EnergyTerm*>& terms,
+                       const std::vector<Eigen::Vector3d>& start, const Strategy& strategy,
+                       const SolverOptions& options,
+                       const std::function<bool(const FrozenRound::Progress&)>& on_iteration) {
+  std::vector<Eigen::Vector3d>& vertices = *round.task.vertices;
+  RoundTrial trial;
+  std::copy(start.begin(), start.end(), vertices.begin());  // the addresses are the problem's
+  trial.energy_initial = EnergyByTerm(round);
+  for (EnergyTerm* term : terms) term->Forget();
+  const int64_t evaluations_before = EvaluationCount(terms);
+  double paused_seconds = 0;
+  Stopwatch watch;
+  SolveTask task = round.task;
+  task.follow_vertices = true;
+  task.on_iteration = [&](const IterationRecord& record) {
+    if (!on_iteration) return true;
+    FrozenRound::Progress progress;
+    const double now = watch.Seconds();
+    progress.record = record;
+    progress.record.seconds = now - paused_seconds;
+    progress.evaluations = EvaluationCount(terms) - evaluations_before;
+    progress.vertices = &vertices;
+    const bool go_on = on_iteration(progress);
+    paused_seconds += watch.Seconds() - now;
+    return go_on;
+  };
+  trial.solve = strategy.solve(task, options);
+  trial.solve.strategy = strategy.name;
+  trial.seconds = watch.Seconds() - paused_seconds;
+  trial.evaluations = EvaluationCount(terms) - evaluations_before;
+  if (!trial.solve.usable) std::copy(start.begin(), start.end(), vertices.begin());
+  trial.energy_final = EnergyByTerm(round);
+  trial.vertices = vertices;
+  std::copy(start.begin(), start.end(), vertices.begin());
+  return trial;
+}
+
 }  // namespace
 
 void LevelOptions::Describe(OptionSet* set) {
@@ -269,15 +326,6 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
 
       const int unknowns =
           round.problem->NumParameterBlocks() * (motion == Motion::kNormal ? 1 : 3);
-      const Strategy* strategy = FindStrategy(solver.type, unknowns, solver);
-      if (strategy == nullptr) {
-        throw InputError("solver.type = " + solver.type + ": no such strategy");
-      }
-      if (strategy->max_unknowns > 0 && unknowns > strategy->max_unknowns) {
-        throw InputError("solver.type = " + strategy->name + ": " + std::to_string(unknowns) +
-                         " unknowns, at most " + std::to_string(strategy->max_unknowns) +
-                         " fit its dense matrix; take lbfgs");
-      }
       round.task.pixel = std::ldexp(1.0, level);
       const double round_work = std::ldexp(1.0, -2 * level);
       round.task.on_iteration = [&](const IterationRecord& record) {
@@ -295,11 +343,32 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
         return !stopped;
       };
       Stopwatch solve_watch;
-      round_summary.energy_initial = EnergyByTerm(round);
-      round_summary.solve = strategy->solve(round.task, solver);
-      round_summary.solve.strategy = strategy->name;
-      round_summary.energy_final = EnergyByTerm(round);
-      round_summary.solve_seconds = solve_watch.Seconds();
+      if (hooks.solve_round) {
+        FrozenRound frozen;
+        frozen.level = level;
+        frozen.round = r;
+        frozen.unknowns = unknowns;
+        frozen.context = &context;
+        frozen.origin = origin;
+        frozen.footprint = footprint;
+        frozen.solve = [&](const std::string& name, const auto& on_iteration) {
+          return TryStrategy(round, terms, mesh.vertices, StrategyFor(name, unknowns, solver),
+                             solver, on_iteration);
+        };
+        const RoundTrial trial = hooks.solve_round(frozen);
+        round_summary.energy_initial = trial.energy_initial;
+        round_summary.solve = trial.solve;
+        round_summary.energy_final = trial.energy_final;
+        round_summary.solve_seconds = trial.seconds;
+        positions = trial.vertices;
+      } else {
+        const Strategy& strategy = StrategyFor(solver.type, unknowns, solver);
+        round_summary.energy_initial = EnergyByTerm(round);
+        round_summary.solve = strategy.solve(round.task, solver);
+        round_summary.solve.strategy = strategy.name;
+        round_summary.energy_final = EnergyByTerm(round);
+        round_summary.solve_seconds = solve_watch.Seconds();
+      }
       if (round_summary.solve.usable) mesh.vertices = positions;
       for (EnergyTerm* term : terms) round_summary.terms[term->Name()] = term->RoundReport();
       if (hooks.on_round) hooks.on_round(context, mesh, round_summary);

@@ -83,12 +83,49 @@ struct RefinementEvent {
   IterationRecord iteration;
 };
 
+// What a strategy made of a frozen round.
+struct RoundTrial {
+  SolveSummary solve;
+  std::vector<Eigen::Vector3d> vertices;  // normalised world; the start when not usable
+  nlohmann::json energy_initial;          // by term
+  nlohmann::json energy_final;
+  int64_t evaluations = 0;  // by the strategy, that of the start included
+  double seconds = 0;       // of the strategy, without the time spent in `on_iteration`
+};
+
+// A round that is ready to be solved: mesh, visibility, masks and pairs are frozen. It can be
+// solved any number of times; each time starts from the same positions with nothing evaluated yet.
+struct FrozenRound {
+  int level = 0;
+  int round = 0;
+  int unknowns = 0;
+  const RoundContext* context = nullptr;
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  // world = footprint * normalised + origin
+  double footprint = 1;
+
+  // One iteration of a trial. `record.seconds` is the time of the strategy alone.
+  struct Progress {
+    IterationRecord record;
+    int64_t evaluations = 0;                                 // so far, that of the start included
+    const std::vector<Eigen::Vector3d>* vertices = nullptr;  // accepted so far, normalised world
+  };
+  // Solves the round with the strategy of that name ("auto" included). `on_iteration` may be empty;
+  // false stops the trial. Throws InputError when the strategy is unknown or refuses the problem.
+  std::function<RoundTrial(const std::string& strategy,
+                           const std::function<bool(const Progress&)>& on_iteration)>
+      solve;
+};
+
 struct RefinementHooks {
   // After every iteration; false stops the refinement after this iteration with the mesh so far.
   std::function<bool(const RefinementEvent&)> on_iteration;
   // After every round, with the frozen state of the round and the mesh it ended with, both in the
   // normalised world.
   std::function<void(const RoundContext&, const TriangleMesh&, const RoundSummary&)> on_round;
+  // Solves a round in place of options.solver.type; the refinement goes on with what it returns.
+  // It may try several strategies on the round. Called instead of on_iteration; the figures of
+  // RoundSummary::terms are then over all trials.
+  std::function<RoundTrial(const FrozenRound&)> solve_round;
 };
 
 // Moves (and adds) vertices of `input` so that the sum of the terms falls. Terms are not owned.

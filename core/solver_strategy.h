@@ -39,7 +39,7 @@ struct SolverOptions {
 // One accepted or rejected iteration.
 struct IterationRecord {
   int iteration = 0;
-  double energy = 0;
+  double energy = 0;        // of all terms, whatever the strategy minimises
   double gradient_max = 0;  // largest component, per pixel footprint
   double step_norm = 0;     // pixel footprints, Euclidean norm over all vertices
   bool accepted = true;
@@ -59,6 +59,9 @@ struct SolveTask {
   std::vector<std::pair<std::string, std::vector<ceres::ResidualBlockId>>> term_blocks;
   // Called after every iteration; false stops the solve.
   std::function<bool(const IterationRecord&)> on_iteration;
+  // The vertices must hold the last accepted point whenever on_iteration is called. Otherwise they
+  // may hold any point tried.
+  bool follow_vertices = false;
 };
 
 struct SolveSummary {

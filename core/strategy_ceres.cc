@@ -46,13 +46,13 @@ ceres::Solver::Options CommonOptions(const SolverOptions& options) {
   ceres_options.function_tolerance = options.function_tolerance;
   ceres_options.num_threads = 1;
   ceres_options.logging_type = ceres::SILENT;
-  ceres_options.update_state_every_iteration = false;
   return ceres_options;
 }
 
 SolveSummary RunCeres(const SolveTask& task, ceres::Solver::Options options, double min_step = 0) {
   IterationForwarder forwarder(task, min_step);
   options.callbacks.push_back(&forwarder);
+  options.update_state_every_iteration = task.follow_vertices;
   ceres::Solver::Summary ceres_summary;
   ceres::Solve(options, task.problem, &ceres_summary);
   SolveSummary summary;

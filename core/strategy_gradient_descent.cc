@@ -1,4 +1,5 @@
 // The paper's minimiser: gradient steps of one length and umbrella steps.
+#include <ceres/cost_function.h>
 #include <ceres/problem.h>
 
 #include <algorithm>
@@ -8,19 +9,39 @@
 #include "core/strategies.h"
 
 namespace burin {
+namespace {
+
+// 1/2 |r|^2 of residual blocks whose terms have no evaluation callback, at their present parameters.
+double EnergyOfBlocks(const ceres::Problem& problem,
+                      const std::vector<ceres::ResidualBlockId>& blocks) {
+  double energy = 0;
+  std::vector<double*> parameters;
+  std::vector<double> residuals;
+  for (const ceres::ResidualBlockId block : blocks) {
+    const ceres::CostFunction* cost = problem.GetCostFunctionForResidualBlock(block);
+    problem.GetParameterBlocksForResidualBlock(block, &parameters);
+    residuals.resize(cost->num_residuals());
+    cost->Evaluate(parameters.data(), residuals.data(), nullptr);
+    for (const double r : residuals) energy += 0.5 * r * r;
+  }
+  return energy;
+}
+
+}  // namespace
 
 // The paper's minimiser: V <- V - step * dE_photo/dV, then V <- V + umbrella_step * (neighbours'
 // mean - V). The step is fixed for the round so that the 99th percentile of the first move is
 // gradient_step_px footprints. Smoothness residuals of the problem are not used: the umbrella step
-// stands for them.
+// stands for them; records have their energy in, to be compared with those of other strategies.
 SolveSummary SolveGradientDescent(const SolveTask& task, const SolverOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   std::vector<Eigen::Vector3d>& vertices = *task.vertices;
   ceres::Problem::EvaluateOptions evaluate;
+  std::vector<ceres::ResidualBlockId> smoothness_blocks;
   for (const auto& [name, blocks] : task.term_blocks) {
-    if (name != "smoothness") {
-      evaluate.residual_blocks.insert(evaluate.residual_blocks.end(), blocks.begin(), blocks.end());
-    }
+    std::vector<ceres::ResidualBlockId>& group =
+        name == "smoothness" ? smoothness_blocks : evaluate.residual_blocks;
+    group.insert(group.end(), blocks.begin(), blocks.end());
   }
   std::vector<int> moving;
   for (size_t v = 0; v < vertices.size(); ++v) {
@@ -58,7 +79,7 @@ SolveSummary SolveGradientDescent(const SolveTask& task, const SolverOptions& op
     }
     IterationRecord record;
     record.iteration = iteration;
-    record.energy = energy;
+    record.energy = energy + EnergyOfBlocks(*task.problem, smoothness_blocks);
     for (double m : magnitude) record.gradient_max = std::max(record.gradient_max, m);
     if (iteration == 0 && !magnitude.empty()) {
       const size_t rank = magnitude.size() * 99 / 100;

@@ -150,6 +150,7 @@ class Forwarder : public ceres::IterationCallback {
     record.accepted = summary.step_is_successful;
     record.seconds = Seconds(start_);
     before_ = now;
+    if (task_.follow_vertices) function_.Move(y_);
     return task_.on_iteration(record) ? ceres::SOLVER_CONTINUE
                                       : ceres::SOLVER_TERMINATE_SUCCESSFULLY;
   }

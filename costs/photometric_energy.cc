@@ -363,6 +363,14 @@ double PhotometricEnergy::Evaluate(const std::vector<Eigen::Vector3d>& vertices,
   return shared_->Evaluate(vertices, derivatives);
 }
 
+int64_t PhotometricEnergy::EvaluationCount() const { return shared_->evaluations; }
+
+void PhotometricEnergy::Forget() {
+  shared_->have_energy = false;
+  shared_->have_derivatives = false;
+  shared_->linearized = false;
+}
+
 nlohmann::json PhotometricEnergy::RoundReport() const {
   int64_t masked = 0;
   for (const WindowMasks& masks : shared_->masks) masked += static_cast<int64_t>(masks.size());

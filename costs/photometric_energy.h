@@ -57,6 +57,8 @@ class PhotometricEnergy : public EnergyTerm, public ceres::EvaluationCallback {
   void BeginRound(const RoundContext& context) override;
   void AddResiduals(ceres::Problem* problem, std::vector<Eigen::Vector3d>* vertices) override;
   ceres::EvaluationCallback* Callback() override { return this; }
+  int64_t EvaluationCount() const override;
+  void Forget() override;
   nlohmann::json RoundReport() const override;
 
   // ceres::EvaluationCallback. Evaluates at the positions given to AddResiduals. Derivatives are

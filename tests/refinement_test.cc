@@ -57,6 +57,58 @@ TEST(Refinement, EveryStrategyLowersEnergyAndError) {
   }
 }
 
+// Trials on a frozen round start from the same point with nothing evaluated, whatever was tried
+// before, and the refinement that goes on with one of them is the one that strategy makes alone.
+TEST(Refinement, FrozenRoundsCanBeTriedAgain) {
+  PipelineOptions options;
+  options.refinement.level.count = 2;
+  options.refinement.level.rounds = 1;
+  options.refinement.solver.max_iterations = 4;
+  options.refinement.solver.type = "lm_cgnr";
+  const TriangleMesh alone = RunPipeline(Relief().scene, Relief().init, options).mesh;
+  int rounds = 0;
+  RefinementHooks hooks;
+  hooks.solve_round = [&](const FrozenRound& frozen) {
+    ++rounds;
+    const RoundTrial first = frozen.solve("lm_cgnr", nullptr);
+    for (const Strategy& strategy : Strategies()) {
+      std::vector<Eigen::Vector3d> followed;
+      double seconds = -1;
+      const RoundTrial trial =
+          frozen.solve(strategy.name, [&](const FrozenRound::Progress& progress) {
+            if (followed.empty()) {
+              EXPECT_EQ(*progress.vertices, frozen.context->mesh->vertices) << strategy.name;
+              EXPECT_GE(progress.evaluations, 1)
+                  << strategy.name << ": the start is not given away";
+              EXPECT_NEAR(progress.record.energy, first.energy_initial["total"].get<double>(),
+                          1e-9 * progress.record.energy)
+                  << strategy.name << ": of all terms";
+            }
+            EXPECT_GE(progress.record.seconds, seconds) << strategy.name;
+            seconds = progress.record.seconds;
+            if (progress.record.accepted) followed = *progress.vertices;
+            return true;
+          });
+      EXPECT_EQ(trial.energy_initial, first.energy_initial) << strategy.name;
+      EXPECT_EQ(trial.solve.strategy, strategy.name);
+      EXPECT_GE(trial.seconds, seconds) << strategy.name;
+      EXPECT_NE(trial.vertices, frozen.context->mesh->vertices) << strategy.name;
+      // gradient_descent returns the best of its iterations, the others their last.
+      if (strategy.name != "gradient_descent") {
+        EXPECT_EQ(followed, trial.vertices) << strategy.name;
+      }
+    }
+    EXPECT_THROW(frozen.solve("newton", nullptr), InputError);
+    const RoundTrial again = frozen.solve("lm_cgnr", nullptr);
+    EXPECT_EQ(again.vertices, first.vertices);
+    EXPECT_EQ(again.evaluations, first.evaluations);
+    return again;
+  };
+  const TriangleMesh tried = RunPipeline(Relief().scene, Relief().init, options, hooks).mesh;
+  EXPECT_EQ(rounds, 2);
+  EXPECT_EQ(tried.vertices, alone.vertices);
+}
+
 TEST(Refinement, FreeMotionWorksToo) {
   PipelineOptions options;
   options.refinement.motion = "free";

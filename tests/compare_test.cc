@@ -1,0 +1,274 @@
+// burin compare-solvers as a process, on a tiny scene with known truth.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "core/solver_strategy.h"
+#include "tests/program_test.h"
+
+namespace burin {
+namespace {
+
+using testing::HasSubstr;
+
+struct CsvRow {
+  std::string strategy, level, round, iteration, evaluations, seconds, energy, rmse, accepted, note;
+};
+
+std::vector<CsvRow> ReadCsv(const std::string& text) {
+  std::istringstream lines(text);
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_EQ(line, "strategy,level,round,iteration,evaluations,seconds,energy,rmse,accepted,note");
+  std::vector<CsvRow> rows;
+  while (std::getline(lines, line)) {
+    std::istringstream fields(line);
+    CsvRow row;
+    for (std::string* field :
+         {&row.strategy, &row.level, &row.round, &row.iteration, &row.evaluations, &row.seconds,
+          &row.energy, &row.rmse, &row.accepted}) {
+      std::getline(fields, *field, ',');
+    }
+    std::getline(fields, row.note);
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+double Number(const std::string& text) {
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  EXPECT_TRUE(!text.empty() && *end == '\0') << "not a number: '" << text << "'";
+  return value;
+}
+
+// Every tag is closed by its own, attributes are quoted, text has no stray < or &.
+void ExpectWellFormed(const std::string& xml) {
+  std::vector<std::string> open;
+  for (size_t at = 0; at < xml.size();) {
+    if (xml[at] == '&') {
+      const size_t end = xml.find(';', at);
+      ASSERT_TRUE(end != std::string::npos && end - at <= 6) << xml.substr(at, 20);
+      at = end + 1;
+      continue;
+    }
+    if (xml[at] != '<') {
+      ++at;
+      continue;
+    }
+    const size_t end = xml.find('>', at);
+    ASSERT_NE(end, std::string::npos);
+    const std::string tag = xml.substr(at + 1, end - at - 1);
+    ASSERT_EQ(tag.find('<'), std::string::npos) << tag;
+    EXPECT_EQ(std::count(tag.begin(), tag.end(), '"') % 2, 0) << tag;
+    if (tag[0] == '/') {
+      ASSERT_FALSE(open.empty()) << tag;
+      EXPECT_EQ("/" + open.back(), tag);
+      open.pop_back();
+    } else if (tag[0] != '?' && tag.back() != '/') {
+      open.push_back(tag.substr(0, tag.find_first_of(" \n")));
+    }
+    at = end + 1;
+  }
+  EXPECT_TRUE(open.empty()) << open.back();
+}
+
+class CompareTest : public ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    const Outcome synth =
+        Run({"synth", "--output", In("scene"), "--synth.width", "96", "--synth.height", "72",
+             "--synth.views", "4", "--synth.truth_point_count", "1000"});
+    ASSERT_EQ(synth.exit_code, 0) << synth.err;
+  }
+
+  // The command with short rounds, so that every strategy is quick.
+  std::vector<std::string> Command(const std::vector<std::string>& more) const {
+    std::vector<std::string> arguments = {"compare-solvers",
+                                          In("scene"),
+                                          "--mesh",
+                                          In("scene/init.ply"),
+                                          "--output",
+                                          In("out"),
+                                          "--level.rounds",
+                                          "1",
+                                          "--solver.max_iterations",
+                                          "4",
+                                          "--sample_count",
+                                          "2000"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  }
+};
+
+TEST_F(CompareTest, FrozenRoundsAreTheSameForEveryStrategy) {
+  const Outcome outcome = Run(Command({"--truth", In("scene/truth.ply"), "--level.count", "2"}));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const Strategy& strategy : Strategies()) {
+    EXPECT_THAT("\n" + outcome.out, HasSubstr("\n" + strategy.name + " "));
+  }
+  using Round = std::pair<std::string, std::string>;
+  std::map<Round, std::set<std::string>> strategies;
+  std::map<Round, CsvRow> start;
+  std::map<std::tuple<std::string, std::string, std::string>, CsvRow> last;
+  for (const CsvRow& row : ReadCsv(ReadAll(In("out/compare.csv")))) {
+    ASSERT_EQ(row.note, "") << row.strategy;
+    const Round round(row.level, row.round);
+    const auto key = std::make_tuple(row.strategy, row.level, row.round);
+    EXPECT_GE(Number(row.rmse), 0);
+    if (strategies[round].insert(row.strategy).second) {
+      // The first row of a strategy: the start, which is evaluated by each anew.
+      EXPECT_EQ(row.iteration, "0");
+      EXPECT_GE(Number(row.evaluations), 1) << row.strategy;
+      const CsvRow& first = start.emplace(round, row).first->second;
+      EXPECT_NEAR(Number(row.energy), Number(first.energy), 1e-6 * Number(first.energy))
+          << row.strategy;
+      EXPECT_EQ(row.rmse, first.rmse) << row.strategy;
+    } else {
+      const CsvRow& before = last.at(key);
+      EXPECT_GE(Number(row.seconds), Number(before.seconds)) << row.strategy;
+      EXPECT_GE(Number(row.evaluations), Number(before.evaluations)) << row.strategy;
+      EXPECT_EQ(Number(row.iteration), Number(before.iteration) + 1) << row.strategy;
+      if (row.accepted == "0") {
+        EXPECT_EQ(row.energy, before.energy) << row.strategy;
+        EXPECT_EQ(row.rmse, before.rmse) << row.strategy;
+      }
+    }
+    last[key] = row;
+  }
+  EXPECT_EQ(strategies.size(), 2u) << "levels";
+  for (const auto& [round, names] : strategies) EXPECT_EQ(names.size(), Strategies().size());
+
+  const nlohmann::json json = nlohmann::json::parse(ReadAll(In("out/compare.json")));
+  EXPECT_EQ(json["mode"], "frozen");
+  EXPECT_EQ(json["options"]["solver.max_iterations"], 4);
+  EXPECT_TRUE(json["versions"].contains("ceres"));
+  ASSERT_EQ(json["strategies"].size(), Strategies().size());
+  double best_share = 0;
+  for (const nlohmann::json& entry : json["strategies"]) {
+    const std::string name = entry["strategy"];
+    EXPECT_EQ(entry["status"], "ok") << name << entry["reason"];
+    EXPECT_LT(entry["energy_final"], entry["energy_initial"]) << name;
+    best_share = std::max(best_share, entry["reduction_share"].get<double>());
+    EXPECT_LE(entry["reduction_share"], 1 + 1e-9) << name;
+    ASSERT_EQ(entry["rounds"].size(), 2u) << name;
+    for (const nlohmann::json& round : entry["rounds"]) {
+      const CsvRow& row = last.at({name, std::to_string(round["level"].get<int>()),
+                                   std::to_string(round["round"].get<int>())});
+      EXPECT_GE(round["evaluations"], Number(row.evaluations)) << name;
+      if (name == "gradient_descent") continue;  // keeps the best of its iterations, not the last
+      const double energy = round["energy_final"]["total"];
+      EXPECT_NEAR(energy, Number(row.energy), 1e-6 * energy) << name;
+      const double rmse = round["rmse_final"];
+      EXPECT_NEAR(rmse, Number(row.rmse), 1e-9) << name << ": rows are of the accepted vertices";
+    }
+    EXPECT_GT(entry["evaluation"]["scores"].size(), 0u) << name;
+  }
+  EXPECT_GT(best_share, 0.9);
+
+  for (const char* file : {"compare.svg", "rounds/level0_round0.svg", "rounds/level1_round0.svg"}) {
+    const std::string svg = ReadAll(In(std::string("out/") + file));
+    ExpectWellFormed(svg);
+    EXPECT_THAT(svg, HasSubstr("RMSE to truth"));
+    EXPECT_THAT(svg, HasSubstr("seconds of solving"));
+    EXPECT_THAT(svg, HasSubstr("dogleg"));
+  }
+}
+
+TEST_F(CompareTest, RefusedStrategiesAreRowsAndDoNotStopTheOthers) {
+  // More than the 8000 unknowns that bfgs takes.
+  const std::vector<std::string> large = {"--level.count", "1",    "--level.max_facet_px",    "0.5",
+                                          "--motion.type", "free", "--solver.max_iterations", "1"};
+  std::vector<std::string> arguments = Command(large);
+  arguments.insert(arguments.end(), {"--solvers", "lm_cgnr,bfgs"});
+  const Outcome outcome = Run(arguments);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("refused: solver.type = bfgs"));
+  std::set<std::string> noted;
+  std::set<std::string> solved;
+  for (const CsvRow& row : ReadCsv(ReadAll(In("out/compare.csv")))) {
+    (row.note.empty() ? solved : noted).insert(row.strategy);
+    if (!row.note.empty()) {
+      EXPECT_THAT(row.note, HasSubstr("8000"));
+      EXPECT_EQ(row.energy, "");
+    }
+    EXPECT_EQ(row.rmse, "") << "there is no truth";
+  }
+  EXPECT_EQ(noted, std::set<std::string>{"bfgs"});
+  EXPECT_EQ(solved, std::set<std::string>{"lm_cgnr"});
+  const nlohmann::json json = nlohmann::json::parse(ReadAll(In("out/compare.json")));
+  EXPECT_EQ(json["strategies"][0]["status"], "refused");
+  EXPECT_TRUE(json["strategies"][0]["energy_final"].is_null());
+  ExpectWellFormed(ReadAll(In("out/compare.svg")));
+
+  std::filesystem::remove_all(In("out"));
+  arguments.back() = "bfgs";
+  const Outcome nothing = Run(arguments);
+  EXPECT_EQ(nothing.exit_code, 2);
+  EXPECT_THAT(nothing.err, HasSubstr("burin: error: no strategy ran; bfgs: refused: "));
+  EXPECT_FALSE(std::filesystem::exists(In("out")));
+}
+
+// Mode whole is what a user gets from burin refine with each strategy.
+TEST_F(CompareTest, WholeRunsAreThoseOfRefine) {
+  const std::vector<std::string> names = {"steepest_descent", "lm_cgnr"};
+  const Outcome outcome =
+      Run(Command({"--truth", In("scene/truth.ply"), "--compare.mode", "whole", "--compare.error",
+                   "round", "--solvers", "lm_cgnr,steepest_descent", "--level.count", "2"}));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::map<std::string, CsvRow> last;
+  for (const CsvRow& row : ReadCsv(ReadAll(In("out/compare.csv")))) {
+    if (last.count(row.strategy) > 0) {
+      EXPECT_GE(Number(row.seconds), Number(last[row.strategy].seconds));
+      EXPECT_GE(Number(row.evaluations), Number(last[row.strategy].evaluations));
+    }
+    last[row.strategy] = row;
+  }
+  ExpectWellFormed(ReadAll(In("out/compare.svg")));
+  EXPECT_FALSE(std::filesystem::exists(In("out/rounds")));
+  const nlohmann::json json = nlohmann::json::parse(ReadAll(In("out/compare.json")));
+  for (size_t k = 0; k < names.size(); ++k) {
+    const nlohmann::json& entry = json["strategies"][k];
+    ASSERT_EQ(entry["strategy"], names[k]);
+    const Outcome refine = Run({"refine", In("scene"), "--mesh", In("scene/init.ply"), "--output",
+                                In(names[k]), "--level.rounds", "1", "--solver.max_iterations", "4",
+                                "--level.count", "2", "--solver.type", names[k]});
+    ASSERT_EQ(refine.exit_code, 0) << refine.err;
+    const nlohmann::json summary = nlohmann::json::parse(ReadAll(In(names[k] + "/summary.json")));
+    const double energy = entry["energy_final"];
+    EXPECT_NEAR(summary["levels"].back()["rounds"].back()["energy_final"]["total"].get<double>(),
+                energy, 1e-9 * energy)
+        << names[k];
+    EXPECT_EQ(entry["iterations"], summary["iterations"]);
+    const Outcome score = Run({"evaluate", "--mesh", In(names[k] + "/refined.ply"), "--truth",
+                               In("scene/truth.ply"), "--sample_count", "2000", "--json"});
+    const double rmse = nlohmann::json::parse(score.out)["accuracy"]["rmse"];
+    EXPECT_NEAR(entry["rmse_final"].get<double>(), rmse, 1e-5 * rmse) << names[k];
+    EXPECT_NEAR(Number(last[names[k]].rmse), rmse, 1e-5 * rmse) << names[k];
+  }
+}
+
+TEST_F(CompareTest, BadInputIsOneLine) {
+  ExpectRefused(Command({"--solvers", "lm_cgnr,lbgfs"}),
+                {"'lbgfs' is not a strategy (did you mean lbfgs?)"});
+  ExpectRefused(Command({"--solvers", ","}), {"compare.solvers"});
+  ExpectRefused(Command({"--compare.mode", "both"}), {"--compare.mode both: must be one of"});
+  ExpectRefused(Command({"--truth", In("none.ply")}), {"none.ply"});
+  ExpectRefused(Command({"--tau", "5,x"}), {"tau"});
+  ExpectRefused({"compare-solvers", In("scene"), "--output", In("out")}, {"--mesh", "required"});
+  ExpectRefused(Command({"--memory.limit_gb", "0.001"}), {"memory.limit_gb"}, 3);
+  EXPECT_FALSE(std::filesystem::exists(In("out")));
+}
+
+}  // namespace
+}  // namespace burin
