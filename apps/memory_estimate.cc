@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/facet_pencil.h"
 #include "core/parallel.h"
 #include "core/projected_area.h"
 #include "costs/patch_cost.h"
@@ -77,6 +78,11 @@ struct Costs {
   // n log n), with indices
   double product = 12 * 4.0 / 3 + 4;
   double normal_entry = 2 * (8 + 4);
+  // NormalEquations: an entry of H with its column and mirror, a residual's place for an entry, and
+  // of a residual's parameter the pointer, contribution and plus Jacobian.
+  double equation_entry = 8 + 4 + 12;
+  double equation_slot = 4;
+  double equation_parameter = 16 + 8 + 24;
   double fill = 4.5;
   double factor_entry = 8 + 1;
 
@@ -100,19 +106,23 @@ double CoupledVertices(double stencil) {
 // What a strategy keeps beside the problem.
 struct SolverCost {
   const char* name;
-  bool jacobian;
+  bool jacobian;   // Ceres' own
+  bool equations;  // NormalEquations
   bool factor;
   double vectors;  // of unknowns
 };
 constexpr SolverCost kSolverCosts[] = {
-    {"gradient_descent", false, false, 8},
-    {"steepest_descent", false, false, 2},
-    {"ncg", false, false, 2},
-    {"bfgs", false, false, 2},        // and its matrix
-    {"lbfgs", false, false, 2 * 20},  // Ceres' default rank
-    {"lm_cgnr", true, false, 6},
-    {"lm_cholesky", true, true, 2},
-    {"dogleg", true, true, 6},
+    {"gradient_descent", false, false, false, 8},
+    {"steepest_descent", false, false, false, 2},
+    {"ncg", false, false, false, 2},
+    {"bfgs", false, false, false, 2},        // and its matrix
+    {"lbfgs", false, false, false, 2 * 20},  // Ceres' default rank
+    {"lbfgs_sobolev", false, true, true, 2 * 20},
+    {"lbfgs_h", false, true, true, 2 * 20},
+    {"lm_cgnr", true, false, false, 6},
+    {"lm_pcg", false, true, false, 8},
+    {"lm_cholesky", true, false, true, 2},
+    {"dogleg", true, false, true, 6},
 };
 constexpr double kBfgsMaxUnknowns = 8000;  // larger ones are refused by Refine
 
@@ -120,7 +130,7 @@ SolverCost CostOf(const std::string& solver) {
   for (const SolverCost& cost : kSolverCosts) {
     if (solver == cost.name) return cost;
   }
-  return {"", true, true, 2 * 20};
+  return {"", true, true, true, 2 * 20};
 }
 
 }  // namespace
@@ -231,12 +241,17 @@ MemoryEstimate EstimateLevel(const LevelLoad& load) {
                          residual_blocks * kCost.row_block + (kRing + load.stencil) * kCost.cell);
   }
   double linear = 0;
+  const auto pairs = [](double blocks) { return blocks * (blocks + 1) / 2; };
+  const double coupled = CoupledVertices(std::max(kRing, load.stencil));
+  if (solver.equations) {
+    linear += load.vertices * (n * n * coupled * kCost.equation_entry +
+                               (pairs(kRing) + pairs(load.stencil)) * kCost.equation_slot +
+                               (kRing + load.stencil) * kCost.equation_parameter);
+  }
   if (solver.factor) {
-    const auto pairs = [](double blocks) { return blocks * (blocks + 1) / 2; };
-    const double coupled = CoupledVertices(std::max(kRing, load.stencil));
     // Wider rows of the matrix fill the factor more; measured with the bi-Laplacian.
     const double fill = kCost.fill * std::sqrt(coupled / CoupledVertices(kRing));
-    linear =
+    linear +=
         load.vertices * (pairs(kRing) + pairs(load.stencil)) * kCost.product +
         load.vertices * n * n * (coupled + 1) / 2 * kCost.normal_entry +
         load.vertices * n * n * fill * std::log2(std::max(2.0, load.vertices)) * kCost.factor_entry;
