@@ -19,7 +19,7 @@ void AddSolversCommand(CLI::App* program) {
     const SolverOptions defaults;
     std::cout << "auto" << std::string(width - 2, ' ') << "lm_cholesky up to "
               << defaults.cholesky_max_unknowns
-              << " unknowns (solver.cholesky_max_unknowns), else lm_cgnr\n";
+              << " unknowns (solver.cholesky_max_unknowns), else lm_pcg\n";
   });
 }
 

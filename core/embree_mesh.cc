@@ -6,7 +6,7 @@
 
 namespace burin {
 
-EmbreeMesh::EmbreeMesh(const TriangleMesh& mesh) {
+EmbreeMesh::EmbreeMesh(const TriangleMesh& mesh, RTCSceneFlags flags) {
   const int vertex_count = static_cast<int>(mesh.vertices.size());
   for (const Eigen::Vector3i& face : mesh.faces) {
     CHECK(face.minCoeff() >= 0 && face.maxCoeff() < vertex_count) << "face index out of range";
@@ -15,7 +15,7 @@ EmbreeMesh::EmbreeMesh(const TriangleMesh& mesh) {
   CHECK(device_ != nullptr) << "Embree error " << rtcGetDeviceError(nullptr);
   scene_ = rtcNewScene(device_);
   // Robust: no ray slips through the edge between two facets.
-  rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneFlags(scene_, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | flags));
 
   if (!mesh.faces.empty()) {
     Eigen::Vector3d low = mesh.vertices[0];

@@ -15,7 +15,8 @@ namespace burin {
 // any number of threads may query it. CHECKs that face indices are in range.
 class EmbreeMesh {
  public:
-  explicit EmbreeMesh(const TriangleMesh& mesh);
+  // `flags` are added to RTC_SCENE_FLAG_ROBUST.
+  explicit EmbreeMesh(const TriangleMesh& mesh, RTCSceneFlags flags = RTC_SCENE_FLAG_NONE);
   ~EmbreeMesh();
   EmbreeMesh(const EmbreeMesh&) = delete;
   EmbreeMesh& operator=(const EmbreeMesh&) = delete;

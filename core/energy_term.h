@@ -48,6 +48,7 @@ struct RoundContext {
   std::vector<char> boundary;
   std::vector<Eigen::Vector3d> normals;  // unit, or zero where there is none
   std::vector<char> supported;           // some facet of the vertex has a pixel in some Omega_ij
+  std::vector<char> was_supported;       // now or in an earlier round
   Motion motion = Motion::kNormal;
 };
 

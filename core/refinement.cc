@@ -5,11 +5,13 @@
 #include <malloc.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <memory>
 
 #include "core/error.h"
+#include "core/mesh_order.h"
 #include "core/motion.h"
 #include "core/pyramid.h"
 #include "core/round.h"
@@ -17,9 +19,6 @@
 
 namespace burin {
 namespace {
-
-// Dense BFGS keeps an n x n matrix.
-constexpr int kBfgsMaxUnknowns = 8000;
 
 class Stopwatch {
  public:
@@ -103,6 +102,7 @@ RoundProblem BuildProblem(const std::vector<EnergyTerm*>& terms, const RoundCont
   round.problem = std::make_unique<ceres::Problem>(problem_options);
   round.task.problem = round.problem.get();
   round.task.vertices = vertices;
+  round.task.evaluation_callback = callback;
   round.task.context = &context;
   size_t known = 0;
   std::vector<ceres::ResidualBlockId> blocks;
@@ -147,9 +147,10 @@ nlohmann::json EnergyByTerm(const RoundProblem& round) {
 const Strategy& StrategyFor(const std::string& name, int unknowns, const SolverOptions& options) {
   const Strategy* strategy = FindStrategy(name, unknowns, options);
   if (strategy == nullptr) throw InputError("solver.type = " + name + ": no such strategy");
-  if (strategy->name == "bfgs" && unknowns > kBfgsMaxUnknowns) {
-    throw InputError("solver.type = bfgs: " + std::to_string(unknowns) + " unknowns, at most " +
-                     std::to_string(kBfgsMaxUnknowns) + " fit its dense matrix; take lbfgs");
+  if (strategy->max_unknowns > 0 && unknowns > strategy->max_unknowns) {
+    throw InputError("solver.type = " + strategy->name + ": " + std::to_string(unknowns) +
+                     " unknowns, at most " + std::to_string(strategy->max_unknowns) +
+                     " fit its dense matrix; take lbfgs");
   }
   return *strategy;
 }
@@ -219,10 +220,18 @@ void LevelOptions::Describe(OptionSet* set) {
   set->Add("level.count", &count, "Levels of the image pyramid, each half the size of the next", 1,
            12);
   set->Add("level.finest", &finest, "Finest level used: 0 = full resolution, 1 = half, ...", 0, 11);
-  set->Add("level.rounds", &rounds, "Rounds of freezing visibility and solving, a level", 1, 1000);
+  set->Add("level.rounds", &rounds,
+           "Rounds of freezing visibility and solving, on the finest level", 1, 1000);
+  set->Add("level.coarse_rounds", &coarse_rounds, "The same, on every coarser level", 1, 1000);
+  set->Add("level.coarse_tolerance", &coarse_tolerance,
+           "solver.function_tolerance on every coarser level", 0, 1);
   set->Add("level.max_facet_px", &max_facet_px,
            "Facets are split to this area in their sharpest view, square pixels of the level", 0.5,
            1e9);
+  set->Add("level.max_edge_px", &max_edge_px,
+           "Facets with a longer edge are split too, pixel footprints of the level: those seen "
+           "obliquely, as on depth steps; 0 = any length",
+           0, 1e9);
   set->Add("level.border_px", &border_px,
            "Surface points projecting nearer to the second image's border are left out, pixels", 0,
            1000);
@@ -249,8 +258,9 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
                      " views: mesh and cameras are not in the same coordinate frame");
   }
   summary->footprint = footprint;
-  TriangleMesh mesh = input;
-  for (Eigen::Vector3d& vertex : mesh.vertices) vertex = (vertex - origin) / footprint;
+  // As the caller knows it: input vertices first, then new ones as they are made.
+  TriangleMesh result = input;
+  for (Eigen::Vector3d& vertex : result.vertices) vertex = (vertex - origin) / footprint;
   const Motion motion = options.motion == "free" ? Motion::kFree : Motion::kNormal;
 
   // Work is proportional to pixels: level l has 4^-l of them.
@@ -258,9 +268,14 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
   double work_done = 0;
   const int last = options.level.finest;
   const int first = last + options.level.count - 1;
+  const auto rounds_of = [&](int level) {
+    return level > last ? options.level.coarse_rounds : options.level.rounds;
+  };
   for (int level = first; level >= last; --level) {
-    work_total += options.level.rounds * std::ldexp(1.0, -2 * level);
+    work_total += rounds_of(level) * std::ldexp(1.0, -2 * level);
   }
+  // Of the vertices of `result`: some pair has seen a facet of theirs.
+  std::vector<char> was_supported(result.vertices.size(), 0);
   bool stopped = false;
   for (int level = first; level >= last && !stopped; --level) {
     ReturnFreeMemory();
@@ -276,21 +291,35 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
     for (const LevelView& view : views) cameras.push_back(view.camera);
     SubdivisionOptions subdivision;
     subdivision.max_facet_px = options.level.max_facet_px;
-    SplitLargeFaces(&mesh, cameras, subdivision);
+    subdivision.max_edge_px = options.level.max_edge_px;
+    const SubdivisionReport split = SplitLargeFaces(&result, cameras, subdivision);
+    for (const std::array<int, 2>& parents : split.new_vertex_parents) {
+      was_supported.push_back(
+          static_cast<char>(was_supported[parents[0]] & was_supported[parents[1]]));
+    }
+    const MeshOrder order = OrderAlongCurve(result);
+    TriangleMesh mesh = Ordered(result, order);
     level_summary.subdivide_seconds = subdivide_watch.Seconds();
     level_summary.width = views[0].camera.width;
     level_summary.height = views[0].camera.height;
     level_summary.vertices = static_cast<int>(mesh.vertices.size());
     level_summary.faces = static_cast<int>(mesh.faces.size());
 
-    for (int r = 0; r < options.level.rounds && !stopped; ++r) {
+    SolverOptions solver = options.solver;
+    if (level > last) solver.function_tolerance = options.level.coarse_tolerance;
+    for (int r = 0; r < rounds_of(level) && !stopped; ++r) {
       ReturnFreeMemory();
       RoundSummary round_summary;
       round_summary.round = r;
       Stopwatch visibility_watch;
       std::vector<ViewDomain> domains;
-      const RoundContext context =
+      RoundContext context =
           FreezeRound(views, pairs, mesh, motion, options.level.border_px, &domains);
+      for (size_t v = 0; v < order.vertex.size(); ++v) {
+        char& was = was_supported[order.vertex[v]];
+        was = static_cast<char>(was | context.supported[v]);
+        context.was_supported[v] = was;
+      }
       round_summary.visibility_seconds = visibility_watch.Seconds();
       for (const ViewDomain& domain : domains) {
         for (int64_t pixels : domain.pair_pixels) round_summary.pair_pixels += pixels;
@@ -311,16 +340,17 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
 
       const int unknowns =
           round.problem->NumParameterBlocks() * (motion == Motion::kNormal ? 1 : 3);
+      round.task.pixel = std::ldexp(1.0, level);
       const double round_work = std::ldexp(1.0, -2 * level);
       round.task.on_iteration = [&](const IterationRecord& record) {
         if (!hooks.on_iteration) return true;
         RefinementEvent event;
         event.level = level;
         event.round = r;
-        const double share = options.solver.max_iterations > 0
-                                 ? std::min(1.0, static_cast<double>(record.iteration) /
-                                                     options.solver.max_iterations)
-                                 : 1.0;
+        const double share =
+            solver.max_iterations > 0
+                ? std::min(1.0, static_cast<double>(record.iteration) / solver.max_iterations)
+                : 1.0;
         event.done = (work_done + share * round_work) / work_total;
         event.iteration = record;
         if (!hooks.on_iteration(event)) stopped = true;
@@ -336,9 +366,8 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
         frozen.origin = origin;
         frozen.footprint = footprint;
         frozen.solve = [&](const std::string& name, const auto& on_iteration) {
-          return TryStrategy(round, terms, mesh.vertices,
-                             StrategyFor(name, unknowns, options.solver), options.solver,
-                             on_iteration);
+          return TryStrategy(round, terms, mesh.vertices, StrategyFor(name, unknowns, solver),
+                             solver, on_iteration);
         };
         const RoundTrial trial = hooks.solve_round(frozen);
         round_summary.energy_initial = trial.energy_initial;
@@ -347,9 +376,10 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
         round_summary.solve_seconds = trial.seconds;
         positions = trial.vertices;
       } else {
-        const Strategy& strategy = StrategyFor(options.solver.type, unknowns, options.solver);
+        const Strategy& strategy = StrategyFor(solver.type, unknowns, solver);
         round_summary.energy_initial = EnergyByTerm(round);
-        round_summary.solve = strategy.solve(round.task, options.solver);
+        round_summary.solve = strategy.solve(round.task, solver);
+        round_summary.solve.strategy = strategy.name;
         round_summary.energy_final = EnergyByTerm(round);
         round_summary.solve_seconds = solve_watch.Seconds();
       }
@@ -359,11 +389,12 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
       level_summary.rounds.push_back(std::move(round_summary));
       work_done += round_work;
     }
+    RestoreVertices(mesh, order, &result);
     summary->levels.push_back(std::move(level_summary));
   }
-  for (Eigen::Vector3d& vertex : mesh.vertices) vertex = vertex * footprint + origin;
+  for (Eigen::Vector3d& vertex : result.vertices) vertex = vertex * footprint + origin;
   summary->seconds = total.Seconds();
-  return mesh;
+  return result;
 }
 
 }  // namespace burin

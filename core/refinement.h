@@ -4,6 +4,12 @@
 // Everything runs in a normalised world, X' = (X - origin) / footprint, with origin the middle of
 // the mesh's bounding box and footprint the median over vertices of the smallest pixel footprint at
 // full resolution. One unit is about one pixel, so no tolerance, step or weight has a scale.
+//
+// Coarse levels get more rounds and a finer tolerance than the finest. What is many pixels off - a
+// facet that bridges a depth step, a niche that the initial mesh covers - can only move there,
+// within the few pixels over which windows correlate, and moves far only when visibility is frozen
+// anew on the way; the rest of the mesh has converged by then and the sum's relative tolerance no
+// longer notices. They have a quarter of the pixels each, so this costs little.
 #pragma once
 
 #include <functional>
@@ -21,11 +27,14 @@
 namespace burin {
 
 struct LevelOptions {
-  int count = 3;             // images at 2^-(count-1), ..., 1/2, 1 of their size
-  int finest = 0;            // 0 = full resolution, 1 = half, ...
-  int rounds = 2;            // a level
-  double max_facet_px = 16;  // facets are split down to this area, square pixels of the level
-  double border_px = 3;      // second-view points nearer to the border are left out
+  int count = 4;                   // images at 2^-(count-1), ..., 1/2, 1 of their size
+  int finest = 0;                  // 0 = full resolution, 1 = half, ...
+  int rounds = 2;                  // on the finest level
+  int coarse_rounds = 4;           // on each of the others
+  double coarse_tolerance = 1e-4;  // solver.function_tolerance on the others
+  double max_facet_px = 16;        // facets are split down to this area, square pixels of the level
+  double max_edge_px = 12;         // and edges to this length, pixel footprints of the level
+  double border_px = 3;            // second-view points nearer to the border are left out
   void Describe(OptionSet* set);
 };
 

@@ -35,6 +35,7 @@ RoundContext FreezeRound(const std::vector<LevelView>& views, const std::vector<
       }
     }
   }
+  context.was_supported = context.supported;
   return context;
 }
 

@@ -10,7 +10,8 @@
 namespace burin {
 
 // Casts Omega_ij for the pairs and fills a context that refers to `views`, `mesh` and `domains`,
-// which must outlive it. `border_px`: see RayCaster::Cast.
+// which must outlive it. `border_px`: see RayCaster::Cast. was_supported is left equal to supported:
+// earlier rounds are the caller's to add.
 RoundContext FreezeRound(const std::vector<LevelView>& views, const std::vector<CameraPair>& pairs,
                          const TriangleMesh& mesh, Motion motion, double border_px,
                          std::vector<ViewDomain>* domains);

@@ -1,8 +1,8 @@
-// The minimisers burin can use on a round's ceres::Problem, by name. They all see the same problem
-// and differ only in the function in the table of solver_strategy.cc; adding one is one function
-// and one row.
+// The minimisers burin can use on a round's ceres::Problem, by name. They all see the same problem;
+// adding one is a file core/strategy_NAME.cc and a row of core/strategies.inc.
 #pragma once
 
+#include <ceres/evaluation_callback.h>
 #include <ceres/problem.h>
 
 #include <Eigen/Core>
@@ -18,12 +18,19 @@ namespace burin {
 
 struct SolverOptions {
   std::string type = "auto";
-  int max_iterations = 12;           // per round
-  double function_tolerance = 3e-4;  // stop when |dE| < tolerance * E
+  int max_iterations = 12;  // per round
+  // A round ends when |E(x) - E(x + s)| <= function_tolerance E(x).
+  double function_tolerance = 3e-4;
+  // lm_pcg: a round ends before evaluating a step s whose predicted
+  //   sqrt( sum_v |s_v|^2 / (moving vertices) ) / 2^level < min_step_px,
+  // the RMS displacement in pixels of the level. lm_cholesky, lm_cgnr and dogleg end after a taken
+  // step that is as short. 0 = never.
+  double min_step_px = 0;
   int cholesky_max_unknowns = 60000;
-  int cg_max_iterations = 30;  // of CGNR, per LM step
-  double cg_tolerance = 0.05;  // of CGNR: eta of the truncated Newton step
+  int cg_max_iterations = 30;  // of CGNR and PCG, per LM step
+  double cg_tolerance = 0.05;  // of CGNR and PCG: eta of the truncated Newton step
   double initial_trust_radius = 1e4;
+  double sobolev_length = 4;       // lbfgs_sobolev, edges
   double gradient_step_px = 0.25;  // gradient_descent
   double umbrella_step = 0.1;      // gradient_descent
   void Describe(OptionSet* set);
@@ -44,8 +51,10 @@ struct IterationRecord {
 // pixel footprint; manifolds and constant blocks are already set.
 struct SolveTask {
   ceres::Problem* problem = nullptr;
+  ceres::EvaluationCallback* evaluation_callback = nullptr;  // the problem's
   std::vector<Eigen::Vector3d>* vertices = nullptr;
   const RoundContext* context = nullptr;
+  double pixel = 1;  // of the level, 2^level in the unit of the positions
   // Residual blocks by term, in the order in which the terms were given.
   std::vector<std::pair<std::string, std::vector<ceres::ResidualBlockId>>> term_blocks;
   // Called after every iteration; false stops the solve.
@@ -69,13 +78,15 @@ struct SolveSummary {
 struct Strategy {
   std::string name;
   std::string description;  // one line
-  std::function<SolveSummary(const SolveTask&, const SolverOptions&)> solve;
+  int max_unknowns = 0;     // 0 = no limit
+  // Everything of the summary but `strategy`, which Refine fills in.
+  SolveSummary (*solve)(const SolveTask& task, const SolverOptions& options);
 };
 
 const std::vector<Strategy>& Strategies();
 
 // The strategy called `name`, null when there is none; "auto" gives lm_cholesky up to
-// options.cholesky_max_unknowns unknowns, else lm_cgnr.
+// options.cholesky_max_unknowns unknowns, else lm_pcg.
 const Strategy* FindStrategy(const std::string& name, int unknowns, const SolverOptions& options);
 
 }  // namespace burin

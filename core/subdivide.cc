@@ -213,10 +213,28 @@ class FaceSplitter {
 
   bool IsTooLarge(int face) const {
     const Eigen::Vector3i corners = Corners(FaceHandle(face));
+    double edge = 0;
+    for (int c = 0; c < 3; ++c) {
+      edge = std::max(edge,
+                      (mesh_.vertices[corners[c]] - mesh_.vertices[corners[(c + 1) % 3]]).norm());
+    }
     for (int i : views_[origin_[face]]) {
-      if (AreaInView(i, corners) > options_.max_facet_px) return true;
+      const double area = AreaInView(i, corners);
+      if (area > options_.max_facet_px) return true;
+      if (options_.max_edge_px > 0 && area > 0 &&
+          edge > options_.max_edge_px * LargestFootprint(i, corners)) {
+        return true;
+      }
     }
     return false;
+  }
+
+  double LargestFootprint(int i, const Eigen::Vector3i& corners) const {
+    double largest = 0;
+    for (int c = 0; c < 3; ++c) {
+      largest = std::max(largest, cameras_[i].Footprint(mesh_.vertices[corners[c]]));
+    }
+    return largest;
   }
 
   Eigen::Vector3i Corners(FaceHandle face) const {

@@ -14,13 +14,14 @@ namespace burin {
 struct SubdivisionOptions {
   double max_facet_px = 16;                  // px^2: largest projected area of a face left unsplit
   std::int64_t max_face_count = 50'000'000;  // splitting stops here; SubdivisionReport says so
+  double max_edge_px = 0;  // longest edge left unsplit, in pixel footprints; 0 = any length
 };
 
 struct SubdivisionReport {
   int input_face_count = 0;
   int face_count = 0;
   int new_vertex_count = 0;
-  bool reached_bound = false;  // no face is above max_facet_px (false: the face count stopped it)
+  bool reached_bound = false;  // no face is above the bounds (false: the face count stopped it)
   // Vertices of which OpenMesh's half-edge structure needed further copies to hold a non-manifold
   // mesh. The copies are gone from the result.
   int copied_vertex_count = 0;
@@ -34,6 +35,11 @@ struct SubdivisionReport {
 // when the camera is on the outer side of it, some of the face is inside the image, and, where
 // `face_visible_in_view` is given ([input face][camera], nonzero = visible), the input face that it
 // is part of is visible there.
+//
+// A face seen obliquely has a small area in every view however long it is, and a mesh that bridges a
+// depth step by such faces cannot bend to the step. With max_edge_px a face is split too while its
+// longest edge is longer than that many pixel footprints (depth / focal length, at its furthest
+// vertex, of the view where that is smallest among those that count and have some of it inside).
 //
 // Longest-edge bisection in 3D lengths (Rivara 1984): a face is split at the midpoint of its
 // longest edge, after its neighbours across that edge have been split so that it is their longest

@@ -1,7 +1,6 @@
 #include "core/visibility.h"
 
 #include <embree3/rtcore.h>
-#include <glog/logging.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -9,6 +8,8 @@
 #include <cstring>
 #include <limits>
 
+#include "core/embree_mesh.h"
+#include "core/facet_pencil.h"
 #include "core/parallel.h"
 
 namespace burin {
@@ -30,13 +31,13 @@ struct OcclusionContext {
   const std::vector<uint8_t>* faces_target;  // per facet: its front side sees the target
 };
 
+// Without branches: whether two facets touch is as good as random.
 bool ShareVertex(const Eigen::Vector3i& a, const Eigen::Vector3i& b) {
+  int shared = 0;
   for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      if (a[i] == b[j]) return true;
-    }
+    for (int j = 0; j < 3; ++j) shared |= static_cast<int>(a[i] == b[j]);
   }
-  return false;
+  return shared != 0;
 }
 
 // Rejects the hits that are no obstacles (see the header). A ray's id is the facet it starts on.
@@ -53,39 +54,14 @@ void RejectOwnNeighbourhood(const RTCFilterFunctionNArguments* args) {
   }
 }
 
-RTCDevice Device() {
-  static RTCDevice device = rtcNewDevice(nullptr);  // lives as long as the process
-  CHECK(device != nullptr) << "Embree: no device";
-  return device;
-}
-
 }  // namespace
 
-FacetPencil MakeFacetPencil(const std::vector<Eigen::Vector3d>& vertices,
-                            const Eigen::Vector3i& face, const Camera& camera) {
-  const Eigen::Vector3d center = camera.Center();
-  const Eigen::Vector3d a = vertices[face[0]] - center;
-  const Eigen::Vector3d b = vertices[face[1]] - center;
-  const Eigen::Vector3d c = vertices[face[2]] - center;
-  FacetPencil pencil;
-  pencil.normal = (b - a).cross(c - a);
-  pencil.offset = pencil.normal.dot(a);
-  Eigen::Matrix3d inverse;  // rows: u_k = inverse.row(k) . direction
-  inverse.row(0) = b.cross(c) / pencil.offset;
-  inverse.row(1) = c.cross(a) / pencil.offset;
-  inverse.row(2) = a.cross(b) / pencil.offset;
-  Eigen::Matrix3d ray_from_pixel;                              // K^-1
-  ray_from_pixel << 1 / camera.fx, 0, -camera.cx / camera.fx,  //
-      0, 1 / camera.fy, -camera.cy / camera.fy,                //
-      0, 0, 1;
-  pencil.coefficients = inverse * camera.rotation.transpose() * ray_from_pixel;
-  return pencil;
-}
-
 struct RayCaster::Impl {
+  explicit Impl(const TriangleMesh& given)
+      : mesh(given), embree(given, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION) {}
+
   TriangleMesh mesh;
-  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
-  RTCScene scene = nullptr;
+  EmbreeMesh embree;
 
   std::vector<uint8_t> FacesTarget(const Eigen::Vector3d& center) const {
     std::vector<uint8_t> result(mesh.faces.size());
@@ -102,10 +78,15 @@ struct RayCaster::Impl {
                      const Eigen::Vector3d* points, const int* facets, int count,
                      uint8_t* visible) const;
   void BuildPixelLists(const Camera& camera, const cv::Mat1i& facet_map, ViewDomain* domain) const;
-  // `facing` holds FacesTarget of every camera that appears in a pair.
+  // `facing` and `facet_maps` hold FacesTarget of every camera that appears in a pair, and which of
+  // those facets each of its pixels sees.
   void CastPairs(const std::vector<Camera>& cameras, int view,
-                 const std::vector<std::vector<uint8_t>>& facing, const cv::Mat1i& facet_map,
-                 double border_px, ViewDomain* domain) const;
+                 const std::vector<std::vector<uint8_t>>& facing,
+                 const std::vector<cv::Mat1i>& facet_maps, double border_px,
+                 ViewDomain* domain) const;
+  // The four pixels around image point (x, y) all see `facet` or facets that share a vertex with it:
+  // then nothing as large as a pixel is in front of it there.
+  bool SeenAround(const cv::Mat1i& facet_map, double x, double y, int facet) const;
 };
 
 void RayCaster::Impl::CastOcclusion(const Eigen::Vector3d& center,
@@ -125,7 +106,7 @@ void RayCaster::Impl::CastOcclusion(const Eigen::Vector3d& center,
       const int k = base + lane;
       valid[lane] = k < count && faces_target[facets[std::min(k, count - 1)]] != 0 ? -1 : 0;
       if (valid[lane] == 0) continue;
-      const Eigen::Vector3f from = (points[k] - origin).cast<float>();
+      const Eigen::Vector3f from = (points[k] - embree.origin()).cast<float>();
       const Eigen::Vector3f step = (center - points[k]).cast<float>();
       rays.org_x[lane] = from.x();
       rays.org_y[lane] = from.y();
@@ -140,7 +121,7 @@ void RayCaster::Impl::CastOcclusion(const Eigen::Vector3d& center,
       rays.id[lane] = static_cast<unsigned int>(facets[k]);
       rays.flags[lane] = 0;
     }
-    rtcOccluded8(valid, scene, &occlusion.context, &rays);
+    rtcOccluded8(valid, embree.scene(), &occlusion.context, &rays);
     for (int lane = 0; lane < kPacket && base + lane < count; ++lane) {
       visible[base + lane] = valid[lane] != 0 && rays.tfar[lane] >= 0 ? 1 : 0;
     }
@@ -163,8 +144,9 @@ void RayCaster::Impl::BuildPixelLists(const Camera& camera, const cv::Mat1i& fac
     domain->facet.push_back(static_cast<int>(f));
   }
   std::vector<Eigen::Matrix3d> pencils(domain->facet.size());
+  const ViewRays rays(camera);
   for (size_t k = 0; k < pencils.size(); ++k) {
-    pencils[k] = MakeFacetPencil(mesh.vertices, mesh.faces[domain->facet[k]], camera).coefficients;
+    pencils[k] = MakeFacetPencil(mesh.vertices, mesh.faces[domain->facet[k]], rays).coefficients;
   }
   // Counting sort of the pixels by facet corner keeps them in ascending order within each.
   std::vector<uint32_t> corner_of(static_cast<size_t>(width) * height,
@@ -189,19 +171,36 @@ void RayCaster::Impl::BuildPixelLists(const Camera& camera, const cv::Mat1i& fac
   }
 }
 
+bool RayCaster::Impl::SeenAround(const cv::Mat1i& facet_map, double x, double y, int facet) const {
+  const int column = static_cast<int>(std::floor(x - 0.5));
+  const int row = static_cast<int>(std::floor(y - 0.5));
+  if (column < 0 || row < 0 || column + 1 >= facet_map.cols || row + 1 >= facet_map.rows) {
+    return false;
+  }
+  const int* above = facet_map[row] + column;
+  const int* below = facet_map[row + 1] + column;
+  for (const int seen : {above[0], above[1], below[0], below[1]}) {
+    if (seen == facet) continue;
+    if (seen < 0 || !ShareVertex(mesh.faces[seen], mesh.faces[facet])) return false;
+  }
+  return true;
+}
+
 void RayCaster::Impl::CastPairs(const std::vector<Camera>& cameras, int view,
                                 const std::vector<std::vector<uint8_t>>& facing,
-                                const cv::Mat1i& facet_map, double border_px,
+                                const std::vector<cv::Mat1i>& facet_maps, double border_px,
                                 ViewDomain* domain) const {
+  const cv::Mat1i& facet_map = facet_maps[view];
   const Camera& reference = cameras[view];
   const int width = reference.width;
   const Eigen::Vector3d center_i = reference.Center();
   // Inverse depth along the ray of every pixel, affine in the pixel for each facet; 0 = no facet.
   cv::Mat1d inverse_depth(reference.height, width, 0.0);
+  const ViewRays rays(reference);
   ParallelFor(static_cast<int>(domain->facet.size()), kFacetGrain, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       const Eigen::RowVector3d row =
-          MakeFacetPencil(mesh.vertices, mesh.faces[domain->facet[k]], reference)
+          MakeFacetPencil(mesh.vertices, mesh.faces[domain->facet[k]], rays)
               .coefficients.colwise()
               .sum();
       for (uint32_t n = domain->start[3 * k]; n < domain->start[3 * k + 3]; ++n) {
@@ -218,7 +217,10 @@ void RayCaster::Impl::CastPairs(const std::vector<Camera>& cameras, int view,
     const Camera& second = cameras[domain->seconds[b]];
     const Eigen::Vector3d center_j = second.Center();
     const std::vector<uint8_t>& faces_second = facing[domain->seconds[b]];
+    const cv::Mat1i& second_map = facet_maps[domain->seconds[b]];
     const Eigen::Matrix<double, 3, 4> projection = second.ProjectionMatrix();
+    const Eigen::Vector3d step_q = projection.leftCols<3>() * rays.ray_from_pixel.col(0);
+    const Eigen::Vector3d epipole = projection.leftCols<3>() * center_i + projection.col(3);
     std::vector<uint8_t>& plane = domain->second_visible[b / 8];
     const auto bit = static_cast<uint8_t>(1U << (b % 8));
     std::vector<int64_t> row_count(reference.height, 0);
@@ -233,20 +235,29 @@ void RayCaster::Impl::CastPairs(const std::vector<Camera>& cameras, int view,
         columns.clear();
         const int* facet_row = facet_map[y];
         const double* inverse_row = inverse_depth[y];
-        const Eigen::Vector3d row_ray = reference.Ray(0.5, y + 0.5);
-        const Eigen::Vector3d ray_step = reference.rotation.row(0).transpose() / reference.fx;
+        const Eigen::Vector3d row_ray = rays.ray_from_pixel * Eigen::Vector3d(0.5, y + 0.5, 1);
+        const Eigen::Vector3d row_q = projection.leftCols<3>() * row_ray;
         for (int x = 0; x < width; ++x) {
-          if (facet_row[x] < 0 || faces_second[facet_row[x]] == 0) continue;
-          const Eigen::Vector3d point =
-              center_i + (row_ray + static_cast<double>(x) * ray_step) / inverse_row[x];
-          const Eigen::Vector3d q = projection.leftCols<3>() * point + projection.col(3);
+          const int facet = facet_row[x];
+          if (facet < 0 || faces_second[facet] == 0) continue;
+          // Homogeneous image point in j, times the inverse depth.
+          const Eigen::Vector3d q =
+              row_q + static_cast<double>(x) * step_q + inverse_row[x] * epipole;
           const double margin = border_px * q.z();
           if (q.z() <= 0 || q.x() < margin || q.y() < margin ||
               q.x() > second.width * q.z() - margin || q.y() > second.height * q.z() - margin) {
             continue;
           }
+          if (SeenAround(second_map, q.x() / q.z(), q.y() / q.z(), facet)) {
+            plane[static_cast<size_t>(y) * width + x] |= bit;
+            ++row_count[y];
+            continue;
+          }
+          const Eigen::Vector3d point =
+              center_i +
+              (row_ray + static_cast<double>(x) * rays.ray_from_pixel.col(0)) / inverse_row[x];
           points.push_back(point);
-          facets.push_back(facet_row[x]);
+          facets.push_back(facet);
           columns.push_back(x);
         }
         visible.resize(points.size());
@@ -266,57 +277,27 @@ void RayCaster::Impl::CastPairs(const std::vector<Camera>& cameras, int view,
   }
 }
 
-RayCaster::RayCaster(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>()) {
-  impl_->mesh = mesh;
-  if (!mesh.vertices.empty()) {
-    Eigen::Vector3d low = mesh.vertices[0];
-    Eigen::Vector3d high = mesh.vertices[0];
-    for (const Eigen::Vector3d& vertex : mesh.vertices) {
-      low = low.cwiseMin(vertex);
-      high = high.cwiseMax(vertex);
-    }
-    impl_->origin = 0.5 * (low + high);
-  }
-  impl_->scene = rtcNewScene(Device());
-  rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
-  RTCGeometry geometry = rtcNewGeometry(Device(), RTC_GEOMETRY_TYPE_TRIANGLE);
-  auto* vertices = static_cast<float*>(
-      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                              3 * sizeof(float), std::max<size_t>(1, mesh.vertices.size())));
-  for (size_t v = 0; v < mesh.vertices.size(); ++v) {
-    for (int c = 0; c < 3; ++c) {
-      vertices[3 * v + c] = static_cast<float>(mesh.vertices[v][c] - impl_->origin[c]);
-    }
-  }
-  auto* indices = static_cast<unsigned int*>(
-      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                              3 * sizeof(unsigned int), std::max<size_t>(1, mesh.faces.size())));
-  std::memset(indices, 0, 3 * sizeof(unsigned int));
-  for (size_t f = 0; f < mesh.faces.size(); ++f) {
-    for (int c = 0; c < 3; ++c) indices[3 * f + c] = static_cast<unsigned int>(mesh.faces[f][c]);
-  }
-  rtcCommitGeometry(geometry);
-  rtcAttachGeometry(impl_->scene, geometry);
-  rtcReleaseGeometry(geometry);
-  rtcCommitScene(impl_->scene);
-}
+RayCaster::RayCaster(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>(mesh)) {}
 
-RayCaster::~RayCaster() { rtcReleaseScene(impl_->scene); }
+RayCaster::~RayCaster() = default;
 
 cv::Mat1i RayCaster::FacetMap(const Camera& camera) const {
   cv::Mat1i facets(camera.height, camera.width, -1);
-  const Eigen::Vector3f center = (camera.Center() - impl_->origin).cast<float>();
+  const Eigen::Vector3f center = (camera.Center() - impl_->embree.origin()).cast<float>();
+  const Eigen::Matrix3d ray_from_pixel = ViewRays(camera).ray_from_pixel;
   ParallelFor(camera.height, kRowGrain, [&](int begin, int end) {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     for (int y = begin; y < end; ++y) {
+      const Eigen::Vector3d row_ray = ray_from_pixel * Eigen::Vector3d(0.5, y + 0.5, 1);
       for (int base = 0; base < camera.width; base += kPacket) {
         alignas(32) int valid[kPacket];
         RTCRayHit8 rays;
         for (int lane = 0; lane < kPacket; ++lane) {
           valid[lane] = base + lane < camera.width ? -1 : 0;
-          const Eigen::Vector3f direction = camera.Ray(base + lane + 0.5, y + 0.5).cast<float>();
+          const Eigen::Vector3f direction =
+              (row_ray + (base + lane) * ray_from_pixel.col(0)).cast<float>();
           rays.ray.org_x[lane] = center.x();
           rays.ray.org_y[lane] = center.y();
           rays.ray.org_z[lane] = center.z();
@@ -332,7 +313,7 @@ cv::Mat1i RayCaster::FacetMap(const Camera& camera) const {
           rays.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
           rays.hit.primID[lane] = RTC_INVALID_GEOMETRY_ID;
         }
-        rtcIntersect8(valid, impl_->scene, &context, &rays);
+        rtcIntersect8(valid, impl_->embree.scene(), &context, &rays);
         for (int lane = 0; lane < kPacket && base + lane < camera.width; ++lane) {
           if (rays.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
           facets(y, base + lane) = static_cast<int>(rays.hit.primID[lane]);
@@ -355,23 +336,31 @@ std::vector<ViewDomain> RayCaster::Cast(const std::vector<Camera>& cameras,
       if (used[i] != 0) facing[i] = impl_->FacesTarget(cameras[i].Center());
     }
   });
+  std::vector<cv::Mat1i> facet_maps(cameras.size());
   for (size_t i = 0; i < cameras.size(); ++i) {
-    ViewDomain& domain = domains[i];
-    domain.width = cameras[i].width;
-    domain.height = cameras[i].height;
+    domains[i].width = cameras[i].width;
+    domains[i].height = cameras[i].height;
     for (const CameraPair& pair : pairs) {
-      if (pair.reference == static_cast<int>(i)) domain.seconds.push_back(pair.second);
+      if (pair.reference == static_cast<int>(i)) domains[i].seconds.push_back(pair.second);
     }
-    if (domain.seconds.empty()) {
-      domain.start.assign(1, 0);
-      continue;
-    }
-    cv::Mat1i facet_map = FacetMap(cameras[i]);
-    for (int& facet : facet_map) {
+    if (used[i] == 0) continue;
+    facet_maps[i] = FacetMap(cameras[i]);
+    for (int& facet : facet_maps[i]) {
       if (facet >= 0 && facing[i][facet] == 0) facet = -1;
     }
-    impl_->BuildPixelLists(cameras[i], facet_map, &domain);
-    impl_->CastPairs(cameras, static_cast<int>(i), facing, facet_map, border_px, &domain);
+  }
+  ParallelFor(static_cast<int>(cameras.size()), 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      if (domains[i].seconds.empty()) {
+        domains[i].start.assign(1, 0);
+      } else {
+        impl_->BuildPixelLists(cameras[i], facet_maps[i], &domains[i]);
+      }
+    }
+  });
+  for (size_t i = 0; i < cameras.size(); ++i) {
+    if (domains[i].seconds.empty()) continue;
+    impl_->CastPairs(cameras, static_cast<int>(i), facing, facet_maps, border_px, &domains[i]);
   }
   return domains;
 }

@@ -4,7 +4,9 @@
 // There is no depth bias. A pixel's facet is the closest hit of the ray through its centre. The
 // point X on it is visible from view j when nothing lies between X and j, where hits on X's own
 // facet and on facets that share a vertex with it and face j are not obstacles: on a consistently
-// oriented surface those cannot hide X, only rounding can make the ray touch them.
+// oriented surface those cannot hide X, only rounding can make the ray touch them. Where the four
+// pixels of j around X's projection see nothing but X's facet and those neighbours, X counts as
+// visible without a ray of its own; an obstacle would have to be smaller than a pixel.
 #pragma once
 
 #include <cstdint>
@@ -34,19 +36,6 @@ struct ViewDomain {
   std::vector<std::vector<uint8_t>> second_visible;
   std::vector<int64_t> pair_pixels;  // |Omega_ij| for each of `seconds`
 };
-
-// The barycentric coordinates of the pixels of one facet in one view, divided by depth:
-//   u_k(x, y) = phi_k / t = row k of `coefficients` times (x, y, 1),   1/t = u_0 + u_1 + u_2,
-// for the surface point c + t * Ray(x, y). They are affine in the pixel, which is what makes
-// warping and differentiating cheap: with n the facet's area normal and offset = n . (V_0 - c),
-//   d(1/t)/dV_k = -u_k * n^T / offset.
-struct FacetPencil {
-  Eigen::Matrix3d coefficients;
-  double offset = 0;       // n . (V_0 - c); negative for a front-facing facet
-  Eigen::Vector3d normal;  // area normal n
-};
-FacetPencil MakeFacetPencil(const std::vector<Eigen::Vector3d>& vertices,
-                            const Eigen::Vector3i& face, const Camera& camera);
 
 class RayCaster {
  public:

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/facet_pencil.h"
 #include "core/parallel.h"
 
 namespace burin {
@@ -123,6 +124,14 @@ void MaskOptions::Describe(OptionSet* set) {
       "use them in full, as without masks; or full_thin = drop them except on thin things, "
       "where no neighbour has more",
       {"drop", "full", "full_thin"});
+  set->Add(
+      "mask.band_px", &band_px,
+      "With plane, from the second level on: pixels this near to a depth step of either view are "
+      "left out where enough pairs see the surface clear of steps; 0 = off",
+      0, 100);
+  set->Add("mask.evidence", &evidence,
+           "Pairs that must see a facet's patch clear of steps for mask.band_px, on average", 0,
+           1e6);
 }
 
 MaskMode MaskModeNamed(const std::string& name) {
@@ -139,6 +148,7 @@ DepthPlanes MakeDepthPlanes(const ViewDomain& domain, const TriangleMesh& mesh,
   planes.width = domain.width;
   planes.height = domain.height;
   planes.focal = std::sqrt(camera.fx * camera.fy);
+  const ViewRays rays(camera);
   const size_t pixels = static_cast<size_t>(domain.width) * domain.height;
   planes.inverse_depth.assign(pixels, 0);
   planes.slope_x.assign(pixels, 0);
@@ -147,7 +157,7 @@ DepthPlanes MakeDepthPlanes(const ViewDomain& domain, const TriangleMesh& mesh,
   ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       const Eigen::RowVector3d row =
-          MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], camera)
+          MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], rays)
               .coefficients.colwise()
               .sum();
       for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {

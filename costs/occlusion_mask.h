@@ -16,6 +16,8 @@
 //                 depths are what the plane of the centre's facet predicts (see `plane`) keeps all.
 //   plane         valid: the depth differs from the plane of the centre's facet by less than
 //                 plane_px pixel footprints at the centre (footprint = depth / focal length).
+//                 From a run's second level on it also leaves out pixels beside a step
+//                 (costs/step_band.h), which knows both views.
 //
 // What the print does instead, by its own arithmetic (tests/occlusion_mask_test.cc): at constant
 // depth M = sigma = 0 and 0 < 0 leaves no tap; from a background centre a nearer occluder is kept
@@ -37,6 +39,8 @@ struct MaskOptions {
   std::string mode = "plane";
   double plane_px = 3;
   std::string below = "full_thin";  // what becomes of a window with too few valid taps
+  double band_px = 3;               // costs/step_band.h; with mode plane; 0 = off
+  double evidence = 4;              // pairs
   void Describe(OptionSet* set);
 };
 

@@ -1,7 +1,8 @@
 // Where pixels become a gradient: one camera pair over one tile of the reference image.
 //
 // For every pixel p of the tile in Omega_ij, with N(p) the square window, M_p the taps of N(p) in
-// Omega_ij that p's occlusion mask keeps (costs/occlusion_mask.h), a = I|M_p and b = W|M_p made zero-mean, n = |M_p|, and the variance floor e^2:
+// Omega_ij that p's occlusion mask keeps (costs/occlusion_mask.h), a = I|M_p and b = W|M_p made
+// zero-mean, n = |M_p|, and the variance floor e^2:
 //
 //   s_a^2 = |a|^2 + n e^2,  s_b^2 = |b|^2 + n e^2,  z_p = a.b / (s_a s_b)
 //   E    = sum_p  omega_p (1 - z_p)                         omega_p = s_a^2 / (s_a^2 + n nu)
@@ -20,10 +21,15 @@
 // All window sums are separable box sums streamed over rows; nothing per pair is kept. Only windows
 // whose mask drops a tap are summed tap by tap, and spread their share of dE/dW tap by tap. Held
 // constant: Omega_ij, the masks, the reference image, the noise constants.
+//
+// Follow a pixel: costs/pair_kernel.cc streams the rows of a tile through WarpRow
+// (pair_kernel_warp-inl.h: W and D), SumRow and ScoreRow (pair_kernel_windows-inl.h: window sums, z
+// and its factors), ScoreMaskedWindows (pair_kernel_masked-inl.h) and DifferentiateRow (slope and
+// curvature).
 #pragma once
 
 #include <cstdint>
-#include <utility>
+#include <memory>
 #include <vector>
 
 #include "costs/occlusion_mask.h"
@@ -65,43 +71,22 @@ struct Tile {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  // pixels [x0, x1) x [y0, y1)
 };
 
-// Scratch of one thread, reused between tiles.
+template <typename T>
+struct KernelRows;
+
+// Works on a tile at a time; holds the scratch of one thread, reused between tiles.
 template <typename T>
 class PairKernel {
  public:
+  PairKernel();
+  ~PairKernel();
   // Adds the pair's cost and, with `derivatives`, slope and curvature of the tile's pixels to
   // `fields`. Returns the number of windows that counted (centres in the tile).
   int64_t AddTile(const PairInput<T>& input, const Tile& tile, bool derivatives,
                   PixelFields<T>* fields);
 
  private:
-  void WarpRow(const PairInput<T>& input, int y, bool derivatives);
-  void SumRow(int y);
-  // Replaces what ScoreRow made of the windows of row y that have a mask, in the order of its
-  // arrays, and adds their derivatives to the kDirect rows of their taps.
-  void ScoreMaskedWindows(const PairInput<T>& input, int y, bool derivatives, T* const window[6]);
-  int64_t ScoreRow(const PairInput<T>& input, const Tile& tile, int y, bool derivatives,
-                   PixelFields<T>* fields);
-  void DifferentiateRow(const PairInput<T>& input, const Tile& tile, int y, PixelFields<T>* fields);
-  // Row y of a field; the last `ring_` rows are held.
-  T* Row(int field, int y) {
-    return rows_.data() + (static_cast<size_t>(field) * ring_ + (y - y_begin_) % ring_) * stride_;
-  }
-  char& Used(int y) { return used_[(y - y_begin_) % ring_]; }
-  T* Scratch(int index) { return scratch_.data() + index * stride_; }
-
-  int x_begin_ = 0;  // column of the reference image that element 0 of every row stands for
-  int y_begin_ = 0;  // first row of the reference image that is held
-  int columns_ = 0;
-  int ring_ = 0;
-  size_t stride_ = 0;
-  std::vector<T> rows_;
-  std::vector<T> scratch_;
-  std::vector<char> used_;  // the row has a pixel in Omega_ij
-  // Of ScoreMaskedWindows: rows of fields by row of the window, taps as (column, row of the window).
-  std::vector<T*> rows_of_window_;
-  std::vector<std::pair<int, int>> offsets_;
-  std::vector<std::pair<int, int>> taps_;
+  std::unique_ptr<KernelRows<T>> rows_;
 };
 
 extern template class PairKernel<float>;

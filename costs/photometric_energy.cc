@@ -7,9 +7,11 @@
 #include <chrono>
 #include <cmath>
 
+#include "core/facet_pencil.h"
 #include "core/parallel.h"
 #include "costs/pair_kernel.h"
 #include "costs/patch_cost.h"
+#include "costs/step_band.h"
 
 namespace burin {
 namespace {
@@ -100,7 +102,9 @@ struct PhotometricEnergy::Shared {
   const RoundContext* context = nullptr;
   std::vector<std::vector<ViewTile>> tiles;  // per view
   std::vector<WindowMasks> masks;            // per view
-  int64_t reference_pixels = 0;              // of all views: windows that could have a mask
+  std::vector<PartnerBits> clear_of_steps;   // per view; empty = Omega_ij as cast
+  int levels_begun = 0;
+  int64_t reference_pixels = 0;  // of all views: windows that could have a mask
   double mask_seconds = 0;
   std::vector<Eigen::Vector3d>* parameters = nullptr;
   std::vector<PatchCost*> patches;  // owned by the round's problem
@@ -138,10 +142,11 @@ struct PhotometricEnergy::State : public PhotometricEnergy::Shared {
     const size_t pixels = static_cast<size_t>(domain.width) * domain.height;
 
     pencils.resize(facets);
-    inverse_depth.assign(pixels, T(0));
+    inverse_depth.resize(pixels);  // outside the facets' pixels anything
+    const ViewRays rays((*views)[view].camera);
     ParallelFor(facets, kFacetGrain, [&](int begin, int end) {
       for (int k = begin; k < end; ++k) {
-        pencils[k] = MakeFacetPencil(positions, faces[domain.facet[k]], (*views)[view].camera);
+        pencils[k] = MakeFacetPencil(positions, faces[domain.facet[k]], rays);
         const Eigen::RowVector3d row = pencils[k].coefficients.colwise().sum();
         for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
           const uint32_t p = domain.pixel[n];
@@ -163,7 +168,9 @@ struct PhotometricEnergy::State : public PhotometricEnergy::Shared {
       input.image = image[0];
       input.grey_offset = kGreyOffset;
       input.inverse_depth = inverse_depth.data();
-      input.domain = domain.second_visible[b / 8].data();
+      const PartnerBits& counted =
+          clear_of_steps.empty() ? domain.second_visible : clear_of_steps[view];
+      input.domain = counted[b / 8].data();
       input.bit = static_cast<uint8_t>(1U << (b % 8));
       input.second = &splines[second];
       FillWarp((*views)[view].camera, (*views)[second].camera, input.warp, input.epipole);
@@ -243,13 +250,23 @@ void PhotometricEnergy::Shared::FreezeMasks() {
   const int min_taps =
       static_cast<int>(std::ceil(options.min_valid_share * options.window * options.window));
   masks.assign(views->size(), WindowMasks());
+  clear_of_steps.clear();
+  const bool band = mode == MaskMode::kPlane && options.mask.band_px > 0 && levels_begun > 1;
+  std::vector<std::vector<uint8_t>> near_steps(views->size());
   reference_pixels = 0;
   for (size_t i = 0; i < views->size(); ++i) {
     const ViewDomain& domain = (*context->domains)[i];
     reference_pixels += static_cast<int64_t>(domain.pixel.size());
     if (tiles[i].empty() || mode == MaskMode::kNone) continue;
-    masks[i] = MakeWindowMasks(MakeDepthPlanes(domain, *context->mesh, (*views)[i].camera),
-                               options.window / 2, mode, options.mask.plane_px, min_taps);
+    const DepthPlanes planes = MakeDepthPlanes(domain, *context->mesh, (*views)[i].camera);
+    masks[i] = MakeWindowMasks(planes, options.window / 2, mode, options.mask.plane_px, min_taps);
+    if (band) near_steps[i] = NearSteps(planes, options.mask.plane_px, options.mask.band_px);
+  }
+  if (band) {
+    std::vector<Camera> cameras;
+    for (const LevelView& view : *views) cameras.push_back(view.camera);
+    clear_of_steps =
+        WithoutSteps(*context->domains, cameras, *context->mesh, near_steps, options.mask.evidence);
   }
   mask_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -297,6 +314,7 @@ PhotometricEnergy::~PhotometricEnergy() = default;
 
 void PhotometricEnergy::BeginLevel(const std::vector<LevelView>& views) {
   shared_->views = &views;
+  ++shared_->levels_begun;
   shared_->BeginLevel();
 }
 

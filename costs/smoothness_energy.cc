@@ -11,6 +11,11 @@ void SmoothnessOptions::Describe(OptionSet* set) {
       "smooth.weight", &weight,
       "Weight of the squared Laplacian in mean edge lengths, against E_photo summed over pixels", 0,
       1e9);
+  set->Add(
+      "smooth.hidden", &hidden,
+      "Vertices that a pair saw in an earlier round and none sees now: smoothed like seen ones, "
+      "or keep their shape as those never seen do",
+      {"relax", "keep"});
 }
 
 Stencil SmoothnessEnergy::MakeStencil(int v) const {
@@ -22,6 +27,11 @@ Stencil SmoothnessEnergy::MakeStencil(int v) const {
                             context_->boundary);
   }
   return UmbrellaStencil(v, context_->neighbors, context_->boundary);
+}
+
+bool SmoothnessEnergy::KeepsShape(size_t v) const {
+  if (options_.hidden == "relax") return context_->was_supported[v] == 0;
+  return context_->supported[v] == 0;
 }
 
 void SmoothnessEnergy::AddResiduals(ceres::Problem* problem,
@@ -38,7 +48,7 @@ void SmoothnessEnergy::AddResiduals(ceres::Problem* problem,
     edge_length /= context_->neighbors.Degree(static_cast<int>(v));
     if (!(edge_length > 0)) continue;
     const Eigen::Vector3d target =
-        context_->supported[v] != 0 ? Eigen::Vector3d::Zero().eval() : Apply(stencil, *vertices);
+        KeepsShape(v) ? Apply(stencil, *vertices) : Eigen::Vector3d::Zero().eval();
     blocks.clear();
     for (int vertex : stencil.vertex) blocks.push_back((*vertices)[vertex].data());
     problem->AddResidualBlock(

@@ -28,75 +28,49 @@ class SplineImage {
   int width() const { return width_; }
   int height() const { return height_; }
 
-  // Value at image point (x, y).
-  void Sample(T x, T y, T* value) const {
-    T tx;
-    T ty;
-    bool inside;
-    const T* corner = Locate(x, y, &tx, &ty, &inside);
-    const Vec4 weight_y = Weights(ty);
-    const Vec4 rows = weight_y[0] * Load(corner) + weight_y[1] * Load(corner + stride_) +
-                      weight_y[2] * Load(corner + 2 * stride_) +
-                      weight_y[3] * Load(corner + 3 * stride_);
-    *value = Sum(rows * Weights(tx));
-  }
+  // Elements between rows of coefficients; element (row, col) is the sample's at
+  // (row - kPadding, col - kPadding).
+  size_t stride() const { return stride_; }
+  const T* coefficients() const { return coefficients_.data(); }
 
-  // Value and gradient (per pixel) at image point (x, y).
-  void Sample(T x, T y, T* value, T* gradient_x, T* gradient_y) const {
-    T tx;
-    T ty;
-    bool inside;
-    const T* corner = Locate(x, y, &tx, &ty, &inside);
-    const Vec4 weight_x = Weights(tx);
-    const Vec4 weight_y = Weights(ty);
-    const Vec4 slope_y = Slopes(ty);
-    const Vec4 row0 = Load(corner);
-    const Vec4 row1 = Load(corner + stride_);
-    const Vec4 row2 = Load(corner + 2 * stride_);
-    const Vec4 row3 = Load(corner + 3 * stride_);
-    const Vec4 rows =
-        weight_y[0] * row0 + weight_y[1] * row1 + weight_y[2] * row2 + weight_y[3] * row3;
-    const Vec4 row_slopes =
-        slope_y[0] * row0 + slope_y[1] * row1 + slope_y[2] * row2 + slope_y[3] * row3;
-    *value = Sum(rows * weight_x);
-    *gradient_x = inside ? Sum(rows * Slopes(tx)) : T(0);
-    *gradient_y = inside ? Sum(row_slopes * weight_x) : T(0);
-  }
-
- private:
-  using Vec4 = Eigen::Array<T, 4, 1>;  // one SIMD register in single precision
-
-  static Vec4 Load(const T* address) { return Eigen::Map<const Vec4>(address); }
-  static T Sum(const Vec4& v) { return (v[0] + v[1]) + (v[2] + v[3]); }
-
-  // Cubic B-spline basis at the four samples around a point, t in [0, 1) from the second of them.
-  static Vec4 Weights(T t) {
-    constexpr T k6 = T(1) / T(6);
-    const Vec4 c0(k6, 4 * k6, k6, T(0));
-    const Vec4 c1(T(-0.5), T(0), T(0.5), T(0));
-    const Vec4 c2(T(0.5), T(-1), T(0.5), T(0));
-    const Vec4 c3(-k6, T(0.5), T(-0.5), k6);
-    return ((c3 * t + c2) * t + c1) * t + c0;
-  }
-  static Vec4 Slopes(T t) {
-    const Vec4 c1(T(-0.5), T(0), T(0.5), T(0));
-    const Vec4 c2(T(1), T(-2), T(1), T(0));
-    const Vec4 c3(T(-0.5), T(1.5), T(-1.5), T(0.5));
-    return (c3 * t + c2) * t + c1;
-  }
-
-  // First of the 4x4 coefficients around (x, y) and the fractions within the middle cell.
-  const T* Locate(T x, T y, T* tx, T* ty, bool* inside) const {
+  // Value at image point (x, y) and, unless null, its gradient (per pixel). One point; the kernel's
+  // SampleSpline (costs/spline_simd-inl.h) is the same for a vector of them.
+  void Sample(T x, T y, T* value, T* gradient_x = nullptr, T* gradient_y = nullptr) const {
     const T low = T(2 - kPadding);
     const T column = std::min(std::max(x - T(0.5), low), T(width_ + kPadding - 3));
     const T row = std::min(std::max(y - T(0.5), low), T(height_ + kPadding - 3));
-    *inside = column == x - T(0.5) && row == y - T(0.5);
+    const bool inside = column == x - T(0.5) && row == y - T(0.5);
     // The padding makes both sums positive, so truncation is floor.
     const int c = static_cast<int>(column + T(kPadding));
     const int r = static_cast<int>(row + T(kPadding));
-    *tx = column + T(kPadding) - T(c);
-    *ty = row + T(kPadding) - T(r);
-    return coefficients_.data() + static_cast<size_t>(r - 1) * stride_ + (c - 1);
+    const Eigen::Array<T, 4, 1> weight_x = Weights(column + T(kPadding) - T(c));
+    const Eigen::Array<T, 4, 1> weight_y = Weights(row + T(kPadding) - T(r));
+    const Eigen::Array<T, 4, 1> slope_x = Slopes(column + T(kPadding) - T(c));
+    const Eigen::Array<T, 4, 1> slope_y = Slopes(row + T(kPadding) - T(r));
+    T sums[3] = {0, 0, 0};
+    for (int k = 0; k < 4; ++k) {
+      const T* line = coefficients_.data() + static_cast<size_t>(r - 1 + k) * stride_ + (c - 1);
+      for (int m = 0; m < 4; ++m) {
+        sums[0] += weight_y[k] * weight_x[m] * line[m];
+        sums[1] += weight_y[k] * slope_x[m] * line[m];
+        sums[2] += slope_y[k] * weight_x[m] * line[m];
+      }
+    }
+    *value = sums[0];
+    if (gradient_x != nullptr) *gradient_x = inside ? sums[1] : T(0);
+    if (gradient_y != nullptr) *gradient_y = inside ? sums[2] : T(0);
+  }
+
+ private:
+  // Cubic B-spline basis at the four samples around a point, t in [0, 1) from the second of them.
+  static Eigen::Array<T, 4, 1> Weights(T t) {
+    const T u = 1 - t;
+    return {u * u * u / 6, (4 - 6 * t * t + 3 * t * t * t) / 6, (4 - 6 * u * u + 3 * u * u * u) / 6,
+            t * t * t / 6};
+  }
+  static Eigen::Array<T, 4, 1> Slopes(T t) {
+    const T u = 1 - t;
+    return {-u * u / 2, (3 * t * t - 4 * t) / 2, (4 * u - 3 * u * u) / 2, t * t / 2};
   }
 
   int width_ = 0;

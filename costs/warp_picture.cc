@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/facet_pencil.h"
 #include "costs/spline_image.h"
 
 namespace burin {
@@ -13,6 +14,7 @@ WarpPicture MakeWarpPicture(const std::vector<LevelView>& views, int reference,
   const LevelView& second = views[domain.seconds[partner]];
   const SplineImage<double> spline(second.FloatImage(), 0.0);
   const cv::Mat1f image = view.FloatImage();
+  const ViewRays rays(view.camera);
   WarpPicture picture;
   picture.warped = cv::Mat1f(domain.height, domain.width, 0.0F);
   picture.valid = cv::Mat1b(domain.height, domain.width, static_cast<uchar>(0));
@@ -23,8 +25,7 @@ WarpPicture MakeWarpPicture(const std::vector<LevelView>& views, int reference,
   double sum_ww = 0;
   double sum_iw = 0;
   for (size_t k = 0; k < domain.facet.size(); ++k) {
-    const FacetPencil pencil =
-        MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], view.camera);
+    const FacetPencil pencil = MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], rays);
     for (uint32_t m = domain.start[3 * k]; m < domain.start[3 * k + 3]; ++m) {
       const uint32_t p = domain.pixel[m];
       if (((domain.second_visible[partner / 8][p] >> (partner % 8)) & 1) == 0) continue;

@@ -104,8 +104,9 @@ TEST_F(CliTest, SynthRefusesContradictions) {
 TEST_F(CliTest, SolversAreListedALineEach) {
   const Outcome outcome = Run({"solvers"});
   EXPECT_EQ(outcome.exit_code, 0);
-  for (const char* name : {"gradient_descent", "steepest_descent", "ncg", "bfgs", "lbfgs",
-                           "lm_cholesky", "lm_cgnr", "dogleg", "auto"}) {
+  for (const char* name :
+       {"gradient_descent", "steepest_descent", "ncg", "bfgs", "lbfgs", "lbfgs_sobolev", "lbfgs_h",
+        "lm_cholesky", "lm_cgnr", "lm_pcg", "dogleg", "auto"}) {
     EXPECT_THAT("\n" + outcome.out, HasSubstr("\n" + std::string(name) + " ")) << name;
   }
 }

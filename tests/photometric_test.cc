@@ -33,7 +33,8 @@ struct Fixture {
     views = test::RandomViews(96, 80);
     context = FreezeRound(views, test::AllPairs(), mesh, motion, 2, &domains);
     energy = std::make_unique<PhotometricEnergy>(options);
-    energy->BeginLevel(views);
+    // The second level: on the first, mask.band_px does nothing.
+    for (int level = 0; level < 2; ++level) energy->BeginLevel(views);
     energy->BeginRound(context);
   }
   // Gradient of E with respect to all vertex coordinates.
@@ -86,11 +87,13 @@ TEST(Photometric, SceneHasOcclusions) {
 }
 
 // Derivatives hold for every way of masking windows.
-MaskOptions Mask(const std::string& mode, const std::string& below = "drop") {
+MaskOptions Mask(const std::string& mode, const std::string& below = "drop", double band_px = 0) {
   MaskOptions mask;
   mask.mode = mode;
   mask.below = below;
   mask.plane_px = 2;
+  mask.band_px = band_px;
+  mask.evidence = 3;
   return mask;
 }
 
@@ -98,10 +101,11 @@ class PhotometricMasks : public testing::TestWithParam<MaskOptions> {};
 INSTANTIATE_TEST_SUITE_P(All, PhotometricMasks,
                          testing::Values(Mask("none"), Mask("paper_strict"), Mask("paper"),
                                          Mask("plane"), Mask("plane", "full"),
-                                         Mask("plane", "full_thin")),
+                                         Mask("plane", "full_thin"), Mask("plane", "full_thin", 1)),
                          [](const auto& test) {
                            return test.param.mode +
-                                  (test.param.below == "drop" ? "" : "_" + test.param.below);
+                                  (test.param.below == "drop" ? "" : "_" + test.param.below) +
+                                  (test.param.band_px > 0 ? "_band" : "");
                          });
 
 // Of the windows that count, a tenth and more have lost taps to their mask.

@@ -239,6 +239,28 @@ TEST(SplitLargeFaces, NothingToDoLeavesTheMeshAsItIs) {
   }
 }
 
+TEST(SplitLargeFaces, LongFacesSeenObliquelyAreSplitByTheirEdges) {
+  // Nearly edge-on: the square covers about 23 px^2, its halves are within 16; but it is 25 to 33
+  // pixel footprints long. Halves have hypotenuses of 1.41, 1, 0.71, 0.5, 0.35; at the far side, 4
+  // away, 12 footprints are 0.48.
+  const Camera camera = LookAt({0.5, -3, 0.1}, {0.5, 0.5, 0});
+  TriangleMesh mesh = Square();
+  SplitLargeFaces(&mesh, {camera}, {});
+  EXPECT_EQ(mesh.faces.size(), 2U);
+  SubdivisionOptions options;
+  options.max_edge_px = 12;
+  const SubdivisionReport report = SplitLargeFaces(&mesh, {camera}, options);
+  EXPECT_TRUE(report.reached_bound);
+  EXPECT_EQ(mesh.faces.size(), 32U);
+  EXPECT_NEAR(SmallestAngleDeg(mesh), 45, 1e-9);
+  ExpectSameSurface(Square(), mesh, report);
+  EXPECT_EQ(EulerCharacteristic(mesh), 1);
+  // What no view has inside is left alone, however long: here all lies behind the camera.
+  TriangleMesh behind = Square();
+  SplitLargeFaces(&behind, {LookAt({0.5, -3, 0.1}, {0.5, -9, 0})}, options);
+  EXPECT_EQ(behind.faces.size(), 2U);
+}
+
 TEST(SplitLargeFaces, OnlyViewsWhereTheInputFaceIsVisibleCount) {
   const std::vector<Camera> cameras = {LookAt({0, 0, 3}, {0, 0, 0}), LookAt({0, 0, 9}, {0, 0, 0})};
   const TriangleMesh before = Relief(6);

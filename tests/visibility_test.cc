@@ -3,16 +3,23 @@
 
 #include <gtest/gtest.h>
 
+#include "core/facet_pencil.h"
 #include "tests/test_scene.h"
 
 namespace burin {
 namespace {
 
+std::vector<Camera> CamerasOf(const std::vector<LevelView>& views) {
+  std::vector<Camera> cameras;
+  cameras.reserve(views.size());
+  for (const LevelView& view : views) cameras.push_back(view.camera);
+  return cameras;
+}
+
 TEST(Visibility, PixelListsCoverTheFacetMapOnce) {
   const TriangleMesh mesh = test::OccluderMesh();
   const auto views = test::RandomViews(96, 80);
-  std::vector<Camera> cameras;
-  for (const auto& view : views) cameras.push_back(view.camera);
+  const std::vector<Camera> cameras = CamerasOf(views);
   const RayCaster caster(mesh);
   const auto domains = caster.Cast(cameras, {{0, 1}}, 0);
   const cv::Mat1i map = caster.FacetMap(cameras[0]);
@@ -34,8 +41,7 @@ TEST(Visibility, ASingleSheetHidesNothingOfItself) {
   test::AppendGrid(&mesh, 150, 0, 0, 1.3,
                    [](double x, double y) { return 0.05 * std::sin(3 * x) * std::cos(2 * y); });
   const auto views = test::RandomViews(160, 120);
-  std::vector<Camera> cameras;
-  for (const auto& view : views) cameras.push_back(view.camera);
+  const std::vector<Camera> cameras = CamerasOf(views);
   const auto domains = RayCaster(mesh).Cast(cameras, test::AllPairs(), -1e9);
   for (const ViewDomain& domain : domains) {
     for (int64_t pixels : domain.pair_pixels) {
@@ -58,6 +64,50 @@ TEST(Visibility, ShadowOfALidHasItsArea) {
   // a unit on the wall.
   const double hidden = 0.25 * 0.5 * 160 * 160;
   EXPECT_NEAR(400 * 400 - static_cast<double>(domains[0].pair_pixels[0]), hidden, 0.03 * hidden);
+}
+
+TEST(Visibility, PixelsAreSeenAsRaysOfTheirOwnSeeThem) {
+  // Omega_ij is found without a ray where the second view's pixels tell; PointsVisible casts always.
+  const TriangleMesh mesh = test::OccluderMesh();
+  const auto views = test::RandomViews(192, 160);
+  const std::vector<Camera> cameras = CamerasOf(views);
+  const RayCaster caster(mesh);
+  const auto domains = caster.Cast(cameras, test::AllPairs(), -1e9);
+  int64_t compared = 0;
+  int64_t different = 0;
+  for (size_t i = 0; i < cameras.size(); ++i) {
+    const ViewDomain& domain = domains[i];
+    const ViewRays rays(cameras[i]);
+    for (size_t b = 0; b < domain.seconds.size(); ++b) {
+      std::vector<Eigen::Vector3d> points;
+      std::vector<int> facets;
+      std::vector<uint32_t> pixels;
+      for (size_t k = 0; k < domain.facet.size(); ++k) {
+        const Eigen::RowVector3d row =
+            MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], rays)
+                .coefficients.colwise()
+                .sum();
+        for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
+          const Eigen::Vector3d pixel(domain.pixel[n] % domain.width + 0.5,
+                                      domain.pixel[n] / domain.width + 0.5, 1);
+          points.emplace_back(rays.center + rays.ray_from_pixel * pixel / row.dot(pixel));
+          facets.push_back(domain.facet[k]);
+          pixels.push_back(domain.pixel[n]);
+        }
+      }
+      std::vector<uint8_t> visible;
+      caster.PointsVisible(cameras[domain.seconds[b]].Center(), points, facets, &visible);
+      int64_t hidden = 0;
+      for (size_t n = 0; n < points.size(); ++n) {
+        const int seen = (domain.second_visible[b / 8][pixels[n]] >> (b % 8)) & 1;
+        different += seen != visible[n] ? 1 : 0;
+        hidden += visible[n] == 0 ? 1 : 0;
+      }
+      EXPECT_GT(hidden, 100);
+      compared += static_cast<int64_t>(points.size());
+    }
+  }
+  EXPECT_LT(static_cast<double>(different), 1e-3 * static_cast<double>(compared));
 }
 
 TEST(Visibility, FacetsSeenFromBehindAreNoPartOfTheDomain) {

@@ -1,0 +1,20 @@
+// What strategy files share: the declarations of their functions, made from the table's rows, and
+// the order of unknowns.
+#pragma once
+
+#include <vector>
+
+#include "core/solver_strategy.h"
+
+namespace burin {
+
+#define BURIN_STRATEGY(name, function, max_unknowns, description) \
+  SolveSummary function(const SolveTask& task, const SolverOptions& options);
+#include "core/strategies.inc"
+#undef BURIN_STRATEGY
+
+// Parameter blocks of the vertices that the problem has, by vertex: the order of unknowns for
+// NormalEquations.
+std::vector<double*> VertexBlocks(const SolveTask& task);
+
+}  // namespace burin

@@ -1,0 +1,168 @@
+#include "costs/step_band.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "core/facet_pencil.h"
+#include "core/parallel.h"
+
+namespace burin {
+namespace {
+
+constexpr int kFacetGrain = 512;
+constexpr int kRowGrain = 16;
+
+// Whether the depth at `to` is off the plane of `from` by `limit` = plane_px / focal or more, in
+// units of the depth at `from`.
+bool OffPlane(const DepthPlanes& planes, size_t from, size_t to, int dx, int dy, double limit) {
+  const double centre = planes.inverse_depth[from];
+  const double tap = planes.inverse_depth[to];
+  const double predicted = centre + dx * planes.slope_x[from] + dy * planes.slope_y[from];
+  return predicted <= 0 || std::abs(predicted - tap) * centre >= limit * tap * predicted;
+}
+
+bool IsStep(const DepthPlanes& planes, size_t a, size_t b, int dx, int dy, double limit) {
+  const bool has_a = planes.inverse_depth[a] > 0;
+  const bool has_b = planes.inverse_depth[b] > 0;
+  if (!has_a || !has_b) return has_a != has_b;
+  return OffPlane(planes, a, b, dx, dy, limit) && OffPlane(planes, b, a, -dx, -dy, limit);
+}
+
+// Calls `visit` with every pixel of a facet of a domain.
+template <typename Visit>
+void ForPixels(const ViewDomain& domain, int k, Visit visit) {
+  for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) visit(domain.pixel[n]);
+}
+
+// Takes the pixels near a step out of `bits`, view i's.
+void RemoveNearSteps(const ViewDomain& domain, int i, const std::vector<Camera>& cameras,
+                     const TriangleMesh& mesh, const std::vector<std::vector<uint8_t>>& near_steps,
+                     PartnerBits* bits) {
+  const ViewRays rays(cameras[i]);
+  ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) {
+      const Eigen::RowVector3d row =
+          MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], rays)
+              .coefficients.colwise()
+              .sum();
+      ForPixels(domain, k, [&](uint32_t p) {
+        if (!near_steps[i].empty() && near_steps[i][p] != 0) {
+          for (auto& plane : *bits) plane[p] = 0;
+          return;
+        }
+        const Eigen::Vector3d pixel(p % static_cast<uint32_t>(domain.width) + 0.5,
+                                    p / static_cast<uint32_t>(domain.width) + 0.5, 1);
+        const Eigen::Vector3d point = rays.center + rays.ray_from_pixel * pixel / row.dot(pixel);
+        for (size_t b = 0; b < domain.seconds.size(); ++b) {
+          const auto bit = static_cast<uint8_t>(1U << (b % 8));
+          const int j = domain.seconds[b];
+          if (((*bits)[b / 8][p] & bit) == 0 || near_steps[j].empty()) continue;
+          const Eigen::Vector2d q = cameras[j].Project(point);
+          const int qx = std::clamp(static_cast<int>(q.x()), 0, cameras[j].width - 1);
+          const int qy = std::clamp(static_cast<int>(q.y()), 0, cameras[j].height - 1);
+          if (near_steps[j][static_cast<size_t>(qy) * cameras[j].width + qx] == 0) continue;
+          (*bits)[b / 8][p] = static_cast<uint8_t>((*bits)[b / 8][p] & ~bit);
+        }
+      });
+    }
+  });
+}
+
+// Facets whose patch is seen well enough with the pixels of `bits` alone.
+std::vector<char> WellSeen(const std::vector<ViewDomain>& domains, const TriangleMesh& mesh,
+                           const std::vector<PartnerBits>& bits, double evidence) {
+  struct Seen {
+    int64_t clear = 0;
+    int64_t area = 0;
+  };
+  std::vector<Seen> facets(mesh.faces.size());
+  for (size_t i = 0; i < domains.size(); ++i) {
+    const ViewDomain& domain = domains[i];
+    ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
+      for (int k = begin; k < end; ++k) {
+        Seen& seen = facets[domain.facet[k]];
+        seen.area = std::max<int64_t>(seen.area, domain.start[3 * k + 3] - domain.start[3 * k]);
+        ForPixels(domain, k, [&](uint32_t p) {
+          for (const auto& plane : bits[i]) seen.clear += __builtin_popcount(plane[p]);
+        });
+      }
+    });
+  }
+  std::vector<Seen> vertices(mesh.vertices.size());
+  for (size_t f = 0; f < facets.size(); ++f) {
+    for (int c = 0; c < 3; ++c) {
+      vertices[mesh.faces[f][c]].clear += facets[f].clear;
+      vertices[mesh.faces[f][c]].area += facets[f].area;
+    }
+  }
+  std::vector<char> well(facets.size());
+  for (size_t f = 0; f < facets.size(); ++f) {
+    Seen patch;
+    for (int c = 0; c < 3; ++c) {
+      patch.clear += vertices[mesh.faces[f][c]].clear;
+      patch.area += vertices[mesh.faces[f][c]].area;
+    }
+    well[f] =
+        static_cast<double>(patch.clear) >= evidence * static_cast<double>(patch.area) ? 1 : 0;
+  }
+  return well;
+}
+
+}  // namespace
+
+std::vector<uint8_t> NearSteps(const DepthPlanes& planes, double plane_px, double band_px) {
+  const int width = planes.width;
+  const int height = planes.height;
+  const double limit = plane_px / planes.focal;
+  cv::Mat1b step(height, width, static_cast<uchar>(255));  // 0 = step, for the distance transform
+  ParallelFor(height, kRowGrain, [&](int begin, int end) {
+    for (int y = begin; y < end; ++y) {
+      for (int x = 0; x < width; ++x) {
+        const size_t p = static_cast<size_t>(y) * width + x;
+        const bool at_step = (x > 0 && IsStep(planes, p, p - 1, -1, 0, limit)) ||
+                             (x + 1 < width && IsStep(planes, p, p + 1, 1, 0, limit)) ||
+                             (y > 0 && IsStep(planes, p, p - width, 0, -1, limit)) ||
+                             (y + 1 < height && IsStep(planes, p, p + width, 0, 1, limit));
+        if (at_step) step(y, x) = 0;
+      }
+    }
+  });
+  cv::Mat1f distance;
+  cv::distanceTransform(step, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  std::vector<uint8_t> near(planes.inverse_depth.size(), 0);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      near[static_cast<size_t>(y) * width + x] = distance(y, x) <= band_px ? 1 : 0;
+    }
+  }
+  return near;
+}
+
+std::vector<PartnerBits> WithoutSteps(const std::vector<ViewDomain>& domains,
+                                      const std::vector<Camera>& cameras, const TriangleMesh& mesh,
+                                      const std::vector<std::vector<uint8_t>>& near_steps,
+                                      double evidence) {
+  std::vector<PartnerBits> result;
+  for (size_t i = 0; i < domains.size(); ++i) {
+    result.push_back(domains[i].second_visible);
+    RemoveNearSteps(domains[i], static_cast<int>(i), cameras, mesh, near_steps, &result[i]);
+  }
+  const std::vector<char> well = WellSeen(domains, mesh, result, evidence);
+  for (size_t i = 0; i < domains.size(); ++i) {
+    const ViewDomain& domain = domains[i];
+    ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
+      for (int k = begin; k < end; ++k) {
+        if (well[domain.facet[k]] != 0) continue;
+        ForPixels(domain, k, [&](uint32_t p) {
+          for (size_t g = 0; g < result[i].size(); ++g)
+            result[i][g][p] = domain.second_visible[g][p];
+        });
+      }
+    });
+  }
+  return result;
+}
+
+}  // namespace burin

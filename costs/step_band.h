@@ -1,0 +1,44 @@
+// Leaves pixels beside a depth step out of Omega_ij where the surface has better evidence.
+//
+// Masks (costs/occlusion_mask.h) take the mesh's own steps for true. While silhouettes are a pixel
+// or two off, pixels beside a step show another surface than the mesh says, in the reference view
+// and in the second one alike, and photographs mix two surfaces in the pixel of the step anyway.
+// Pixel p of Omega_ij is near a step when p, or the pixel of view j that its surface point falls
+// into, is within `band_px` of a pixel of a step of its view's depth map.
+//
+// Leaving all of them out loses what has no other evidence: rims seen at a grazing angle, bars a
+// few pixels wide. So a facet keeps all its pixels unless its patch (the facets that share a vertex
+// with it) is seen without them: with C the patch's remaining pixels, summed over all pairs, and A
+// its pixels in the views that show each of its facets largest, C >= evidence * A, that is, some
+// `evidence` pairs see it clear of all steps. Facets of the patch count once per vertex shared.
+//
+// Not on the first level of a run: a band there is as wide as whole bars, and it is there that
+// silhouettes get their first correction. Discrete and frozen for a round, as Omega_ij itself.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/camera.h"
+#include "core/mesh.h"
+#include "core/visibility.h"
+#include "costs/occlusion_mask.h"
+
+namespace burin {
+
+// A view's Omega_ij of all its partners, as ViewDomain::second_visible.
+using PartnerBits = std::vector<std::vector<uint8_t>>;
+
+// 1 for the pixels within `band_px` of a pixel of a step, row-major. Of two neighbours (side by
+// side or one above the other) both are of a step when neither's depth is within `plane_px` pixel
+// footprints of the plane of the other's facet, or when only one has a surface.
+std::vector<uint8_t> NearSteps(const DepthPlanes& planes, double plane_px, double band_px);
+
+// Omega_ij of every view without the pixels near a step, as above. near_steps[i] is NearSteps of
+// view i, or empty for a view whose depths are not known: it has no steps then.
+std::vector<PartnerBits> WithoutSteps(const std::vector<ViewDomain>& domains,
+                                      const std::vector<Camera>& cameras, const TriangleMesh& mesh,
+                                      const std::vector<std::vector<uint8_t>>& near_steps,
+                                      double evidence);
+
+}  // namespace burin

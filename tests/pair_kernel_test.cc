@@ -1,0 +1,134 @@
+// The vectorised kernel against windows summed one by one, for every size of window, and its
+// targets (instruction sets) against each other.
+#include "costs/pair_kernel.h"
+
+#include <gtest/gtest.h>
+#include <hwy/highway.h>
+
+#include <cmath>
+#include <memory>
+
+#include "core/round.h"
+#include "costs/photometric_energy.h"
+#include "costs/warp_picture.h"
+#include "tests/test_scene.h"
+
+namespace burin {
+namespace {
+
+struct Round {
+  explicit Round(const PhotometricOptions& given) : options(given) {
+    mesh = test::OccluderMesh();
+    views = test::RandomViews(97, 83);  // no multiple of any vector
+    context = FreezeRound(views, test::AllPairs(), mesh, Motion::kNormal, 2, &domains);
+    energy = std::make_unique<PhotometricEnergy>(options);
+    energy->BeginLevel(views);
+    energy->BeginRound(context);
+  }
+  PhotometricOptions options;
+  TriangleMesh mesh;
+  std::vector<LevelView> views;
+  std::vector<ViewDomain> domains;
+  RoundContext context;
+  std::unique_ptr<PhotometricEnergy> energy;
+};
+
+PhotometricOptions Options(int window, const std::string& mask, bool double_precision) {
+  PhotometricOptions options;
+  options.window = window;
+  options.mask.mode = mask;
+  options.min_valid_share = 0.4;
+  options.double_precision = double_precision;
+  return options;
+}
+
+// Sum and number of the windows' errors, each window summed from its taps in double.
+std::pair<double, int> OneByOne(const Round& round) {
+  double energy = 0;
+  int windows = 0;
+  for (size_t i = 0; i < round.views.size(); ++i) {
+    const ViewDomain& domain = round.domains[i];
+    const WindowMasks& masks = round.energy->masks(static_cast<int>(i));
+    for (size_t b = 0; b < domain.seconds.size(); ++b) {
+      const WarpPicture pair = MakeWarpPicture(round.views, static_cast<int>(i), domain,
+                                               static_cast<int>(b), round.mesh);
+      const cv::Mat1f errors = WindowErrors(round.views[i].FloatImage(), pair, round.options,
+                                            masks.size() > 0 ? &masks : nullptr);
+      for (const float error : errors) {
+        energy += error;
+        windows += error != 0 ? 1 : 0;
+      }
+    }
+  }
+  return {energy, windows};
+}
+
+TEST(PairKernel, EnergyIsThatOfWindowsSummedOneByOne) {
+  for (const int window : {3, 5, 7, 9, 17, 31}) {
+    for (const char* mask : {"none", "plane"}) {
+      for (const bool double_precision : {false, true}) {
+        const Round round(Options(window, mask, double_precision));
+        const double energy = round.energy->Evaluate(round.mesh.vertices, true);
+        const auto [expected, windows] = OneByOne(round);
+        ASSERT_GT(windows, 1000);
+        EXPECT_EQ(round.energy->valid_windows(), windows) << window << " " << mask;
+        EXPECT_NEAR(energy, expected, 2e-5 * expected) << window << " " << mask;
+      }
+    }
+  }
+}
+
+TEST(PairKernel, SingleAgreesWithDoubleForEverySizeOfWindow) {
+  for (const int window : {3, 5, 9, 31}) {
+    const Round fast(Options(window, "plane", false));
+    const Round exact(Options(window, "plane", true));
+    fast.energy->Evaluate(fast.mesh.vertices, true);
+    exact.energy->Evaluate(exact.mesh.vertices, true);
+    double error[2] = {0, 0};
+    double norm[2] = {0, 0};
+    for (size_t c = 0; c < exact.energy->corner_sums().size(); ++c) {
+      const CornerSums& a = fast.energy->corner_sums()[c];
+      const CornerSums& b = exact.energy->corner_sums()[c];
+      error[0] += std::pow(a.slope[0] - b.slope[0], 2);
+      norm[0] += std::pow(b.slope[0], 2);
+      error[1] += std::pow(a.curvature[3] - b.curvature[3], 2);
+      norm[1] += std::pow(b.curvature[3], 2);
+    }
+    EXPECT_LT(std::sqrt(error[0] / norm[0]), 1e-4) << window;
+    EXPECT_LT(std::sqrt(error[1] / norm[1]), 1e-4) << window;
+  }
+}
+
+// The energy alone and with derivatives goes through different code for halos and rows.
+TEST(PairKernel, EnergyDoesNotDependOnDerivatives) {
+  const Round round(Options(5, "plane", false));
+  const double with = round.energy->Evaluate(round.mesh.vertices, true);
+  round.energy->BeginRound(round.context);
+  EXPECT_EQ(round.energy->Evaluate(round.mesh.vertices, false), with);
+}
+
+TEST(PairKernel, EveryInstructionSetGivesTheSame) {
+  double slope_sum = 0;
+  double first = 0;
+  int targets = 0;
+  for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    hwy::GetChosenTarget().DeInit();
+    const Round round(Options(5, "plane", false));
+    const double energy = round.energy->Evaluate(round.mesh.vertices, true);
+    double sum = 0;
+    for (const CornerSums& corner : round.energy->corner_sums()) sum += std::abs(corner.slope[1]);
+    if (targets++ == 0) {
+      first = energy;
+      slope_sum = sum;
+    }
+    EXPECT_NEAR(energy, first, 1e-6 * first) << hwy::TargetName(target);
+    EXPECT_NEAR(sum, slope_sum, 1e-5 * slope_sum) << hwy::TargetName(target);
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().DeInit();
+  EXPECT_GE(targets, 1);
+}
+
+}  // namespace
+}  // namespace burin

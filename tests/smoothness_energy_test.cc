@@ -1,0 +1,79 @@
+// What the smoothness term asks of vertices by what the pairs see, or once saw, of them.
+#include "costs/smoothness_energy.h"
+
+#include <ceres/problem.h>
+#include <gtest/gtest.h>
+
+#include "tests/test_scene.h"
+
+namespace burin {
+namespace {
+
+constexpr int kMiddle = 3 * 7 + 3;
+
+// A grid of 7 x 7 vertices with one of them lifted.
+struct Spike {
+  Spike() {
+    test::AppendGrid(&mesh, 6, 0, 0, 1.0, [](double, double) { return 0.0; });
+    mesh.vertices[kMiddle].z() += 0.3;
+    context.mesh = &mesh;
+    context.neighbors = VertexNeighbors(mesh);
+    context.faces = VertexFaces(mesh);
+    context.boundary = BoundaryVertices(mesh);
+    context.normals = VertexNormals(mesh);
+    context.supported.assign(mesh.vertices.size(), 1);
+    context.was_supported.assign(mesh.vertices.size(), 1);
+  }
+  // Energy and its derivative by the height of the lifted vertex.
+  double Evaluate(const std::string& hidden, double* slope) {
+    SmoothnessOptions options;
+    options.hidden = hidden;
+    SmoothnessEnergy energy(options);
+    energy.BeginRound(context);
+    std::vector<Eigen::Vector3d> vertices = mesh.vertices;
+    ceres::Problem problem;
+    energy.AddResiduals(&problem, &vertices);
+    ceres::Problem::EvaluateOptions evaluate;
+    evaluate.parameter_blocks = {vertices[kMiddle].data()};
+    double value = 0;
+    std::vector<double> gradient;
+    problem.Evaluate(evaluate, &value, nullptr, &gradient, nullptr);
+    *slope = gradient[2];
+    return value;
+  }
+  TriangleMesh mesh;
+  RoundContext context;
+};
+
+TEST(SmoothnessEnergy, SeenVerticesAreFlattened) {
+  Spike spike;
+  double slope = 0;
+  EXPECT_GT(spike.Evaluate("keep", &slope), 0.1);
+  EXPECT_GT(slope, 1);
+}
+
+TEST(SmoothnessEnergy, WhatWasNeverSeenKeepsItsShape) {
+  Spike spike;
+  spike.context.supported.assign(spike.mesh.vertices.size(), 0);
+  spike.context.was_supported.assign(spike.mesh.vertices.size(), 0);
+  for (const char* hidden : {"keep", "relax"}) {
+    double slope = 0;
+    EXPECT_NEAR(spike.Evaluate(hidden, &slope), 0, 1e-20) << hidden;
+    EXPECT_NEAR(slope, 0, 1e-12) << hidden;
+  }
+}
+
+TEST(SmoothnessEnergy, WhatIsNoLongerSeenRelaxesOrKeepsItsShape) {
+  Spike spike;
+  double seen_slope = 0;
+  const double seen = spike.Evaluate("relax", &seen_slope);
+  spike.context.supported.assign(spike.mesh.vertices.size(), 0);
+  double slope = 0;
+  EXPECT_DOUBLE_EQ(spike.Evaluate("relax", &slope), seen);
+  EXPECT_DOUBLE_EQ(slope, seen_slope);
+  EXPECT_NEAR(spike.Evaluate("keep", &slope), 0, 1e-20);
+  EXPECT_NEAR(slope, 0, 1e-12);
+}
+
+}  // namespace
+}  // namespace burin
