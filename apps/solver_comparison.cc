@@ -117,7 +117,7 @@ ComparedRound Solve(const FrozenRound& frozen, const std::string& name, const Us
     row.iteration = record.iteration;
     row.evaluations = used.evaluations + progress.evaluations;
     row.seconds = used.seconds + record.seconds;
-    row.accepted = record.accepted || at_start;
+    row.accepted = record.accepted;
     row.energy = row.accepted ? record.energy : rows->back().energy;
     if (gauge->every_iteration()) {
       row.rmse = moved ? gauge->Of(frozen, *progress.vertices)

@@ -35,7 +35,8 @@ struct CompareOptions {
 
 constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
-// One iteration of one strategy. In mode frozen `evaluations` and `seconds` count from the start of
+// One iteration of one strategy, or what it returned where that is not its last reported iteration
+// (see FrozenRound::solve). In mode frozen `evaluations` and `seconds` count from the start of
 // the round, in mode whole from the start of the run. Seconds are of solving alone: not of freezing
 // and building rounds, nor of measuring errors.
 struct ComparisonRow {

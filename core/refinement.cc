@@ -175,17 +175,25 @@ RoundTrial TryStrategy(const RoundProblem& round, const std::vector<EnergyTerm*>
   const int64_t evaluations_before = EvaluationCount(terms);
   double paused_seconds = 0;
   Stopwatch watch;
+  std::vector<Eigen::Vector3d> reported = start;  // by the last call with an accepted point
+  const auto report = [&](const IterationRecord& record, double seconds, int64_t evaluations) {
+    FrozenRound::Progress progress;
+    progress.record = record;
+    progress.record.seconds = seconds;
+    progress.evaluations = evaluations;
+    progress.vertices = &vertices;
+    if (record.accepted) reported = vertices;
+    return on_iteration(progress);
+  };
   SolveTask task = round.task;
   task.follow_vertices = true;
   task.on_iteration = [&](const IterationRecord& record) {
     if (!on_iteration) return true;
-    FrozenRound::Progress progress;
     const double now = watch.Seconds();
-    progress.record = record;
-    progress.record.seconds = now - paused_seconds;
-    progress.evaluations = EvaluationCount(terms) - evaluations_before;
-    progress.vertices = &vertices;
-    const bool go_on = on_iteration(progress);
+    IterationRecord copy = record;
+    if (record.iteration == 0) copy.accepted = true;  // no step yet; strategies differ in the flag
+    const bool go_on =
+        report(copy, now - paused_seconds, EvaluationCount(terms) - evaluations_before);
     paused_seconds += watch.Seconds() - now;
     return go_on;
   };
@@ -195,6 +203,12 @@ RoundTrial TryStrategy(const RoundProblem& round, const std::vector<EnergyTerm*>
   trial.evaluations = EvaluationCount(terms) - evaluations_before;
   if (!trial.solve.usable) std::copy(start.begin(), start.end(), vertices.begin());
   trial.energy_final = EnergyByTerm(round);
+  if (on_iteration && vertices != reported) {
+    IterationRecord record;
+    record.iteration = trial.solve.iterations;
+    record.energy = trial.energy_final["total"];
+    report(record, trial.seconds, trial.evaluations);
+  }
   trial.vertices = vertices;
   std::copy(start.begin(), start.end(), vertices.begin());
   return trial;

@@ -110,7 +110,9 @@ struct FrozenRound {
     const std::vector<Eigen::Vector3d>* vertices = nullptr;  // accepted so far, normalised world
   };
   // Solves the round with the strategy of that name ("auto" included). `on_iteration` may be empty;
-  // false stops the trial. Throws InputError when the strategy is unknown or refuses the problem.
+  // false stops the trial. Its first call is for the start, its last with an accepted point for what
+  // the trial returns: where that is not the strategy's last iteration (Ceres' line searches end
+  // without reporting theirs, gradient_descent returns its best), there is one more call for it. Throws InputError when the strategy is unknown or refuses the problem.
   std::function<RoundTrial(const std::string& strategy,
                            const std::function<bool(const Progress&)>& on_iteration)>
       solve;

@@ -93,7 +93,8 @@ class CompareTest : public ProgramTest {
   }
 
   // The command with short rounds, so that every strategy is quick.
-  std::vector<std::string> Command(const std::vector<std::string>& more) const {
+  std::vector<std::string> Command(const std::vector<std::string>& more,
+                                   const std::string& iterations = "4") const {
     std::vector<std::string> arguments = {"compare-solvers",
                                           In("scene"),
                                           "--mesh",
@@ -103,7 +104,7 @@ class CompareTest : public ProgramTest {
                                           "--level.rounds",
                                           "1",
                                           "--solver.max_iterations",
-                                          "4",
+                                          iterations,
                                           "--sample_count",
                                           "2000"};
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -138,7 +139,7 @@ TEST_F(CompareTest, FrozenRoundsAreTheSameForEveryStrategy) {
       const CsvRow& before = last.at(key);
       EXPECT_GE(Number(row.seconds), Number(before.seconds)) << row.strategy;
       EXPECT_GE(Number(row.evaluations), Number(before.evaluations)) << row.strategy;
-      EXPECT_EQ(Number(row.iteration), Number(before.iteration) + 1) << row.strategy;
+      EXPECT_GE(Number(row.iteration), Number(before.iteration)) << row.strategy;
       if (row.accepted == "0") {
         EXPECT_EQ(row.energy, before.energy) << row.strategy;
         EXPECT_EQ(row.rmse, before.rmse) << row.strategy;
@@ -166,11 +167,10 @@ TEST_F(CompareTest, FrozenRoundsAreTheSameForEveryStrategy) {
       const CsvRow& row = last.at({name, std::to_string(round["level"].get<int>()),
                                    std::to_string(round["round"].get<int>())});
       EXPECT_GE(round["evaluations"], Number(row.evaluations)) << name;
-      if (name == "gradient_descent") continue;  // keeps the best of its iterations, not the last
       const double energy = round["energy_final"]["total"];
       EXPECT_NEAR(energy, Number(row.energy), 1e-6 * energy) << name;
       const double rmse = round["rmse_final"];
-      EXPECT_NEAR(rmse, Number(row.rmse), 1e-9) << name << ": rows are of the accepted vertices";
+      EXPECT_NEAR(rmse, Number(row.rmse), 1e-9) << name << ": the last row is what it returned";
     }
     EXPECT_GT(entry["evaluation"]["scores"].size(), 0u) << name;
   }
@@ -187,10 +187,10 @@ TEST_F(CompareTest, FrozenRoundsAreTheSameForEveryStrategy) {
 
 TEST_F(CompareTest, RefusedStrategiesAreRowsAndDoNotStopTheOthers) {
   // More than the 8000 unknowns that bfgs takes.
-  const std::vector<std::string> large = {"--level.count", "1",    "--level.max_facet_px",    "0.5",
-                                          "--motion.type", "free", "--solver.max_iterations", "1"};
-  std::vector<std::string> arguments = Command(large);
-  arguments.insert(arguments.end(), {"--solvers", "lm_cgnr,bfgs"});
+  std::vector<std::string> arguments =
+      Command({"--level.count", "1", "--level.max_facet_px", "0.5", "--motion.type", "free",
+               "--solvers", "lm_cgnr,bfgs"},
+              "1");
   const Outcome outcome = Run(arguments);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("refused: solver.type = bfgs"));

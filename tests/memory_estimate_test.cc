@@ -19,6 +19,11 @@ namespace {
 
 using testing::HasSubstr;
 
+const SyntheticScene& EmbeddedScene() {
+  static const auto* scene = new SyntheticScene(MakeSyntheticScene(SyntheticOptions()));
+  return *scene;
+}
+
 LevelLoad SomeLoad() {
   LevelLoad load;
   load.scene_bytes = 1e7;
@@ -85,7 +90,7 @@ TEST(MemoryEstimate, WhatASolverKeepsIsCounted) {
 }
 
 TEST(MemoryEstimate, FacesAreThoseOfTheSubdivision) {
-  const SyntheticScene scene = MakeSyntheticScene(SyntheticOptions());
+  const SyntheticScene& scene = EmbeddedScene();
   const SurfaceInViews surface = LookAtSurface(scene.scene, scene.init);
   for (const double max_facet_px : {4.0, 16.0, 50.0, 64.0, 300.0}) {
     TriangleMesh mesh = scene.init;
@@ -105,7 +110,7 @@ TEST(MemoryEstimate, FacesAreThoseOfTheSubdivision) {
 }
 
 TEST(MemoryEstimate, CoarserOptionsNeedLess) {
-  const SyntheticScene scene = MakeSyntheticScene(SyntheticOptions());
+  const SyntheticScene& scene = EmbeddedScene();
   const SurfaceInViews surface = LookAtSurface(scene.scene, scene.init);
   const auto mib = [&](const std::function<void(PipelineOptions*)>& change) {
     PipelineOptions options;
@@ -123,7 +128,7 @@ TEST(MemoryEstimate, CoarserOptionsNeedLess) {
 }
 
 TEST(MemoryEstimate, ALimitBelowTheEstimateIsAnErrorThatSaysWhatFits) {
-  const SyntheticScene scene = MakeSyntheticScene(SyntheticOptions());
+  const SyntheticScene& scene = EmbeddedScene();
   PipelineOptions options;
   const MemoryCheck check = CheckMemory(scene.scene, scene.init, options);
   EXPECT_GT(check.limit_mib, 0);
