@@ -69,6 +69,17 @@ double MedianFootprint(const Scene& scene, const TriangleMesh& mesh) {
   return footprints[footprints.size() / 2];
 }
 
+// The coarsest of the levels asked for whose images all have min_side_px, or else the finest.
+int CoarsestLevel(const Scene& scene, const LevelOptions& options) {
+  int smallest = scene.views[0].camera.width;
+  for (const View& view : scene.views) {
+    smallest = std::min({smallest, view.camera.width, view.camera.height});
+  }
+  int level = options.finest + options.count - 1;
+  while (level > options.finest && std::ldexp(smallest, -level) < options.min_side_px) --level;
+  return level;
+}
+
 Eigen::Vector3d BoxCentre(const TriangleMesh& mesh) {
   Eigen::Vector3d low = mesh.vertices[0];
   Eigen::Vector3d high = mesh.vertices[0];
@@ -219,6 +230,8 @@ RoundTrial TryStrategy(const RoundProblem& round, const std::vector<EnergyTerm*>
 void LevelOptions::Describe(OptionSet* set) {
   set->Add("level.count", &count, "Levels of the image pyramid, each half the size of the next", 1,
            12);
+  set->Add("level.min_side_px", &min_side_px,
+           "Coarser levels whose images have a smaller side than this are left out", 1, 1000000);
   set->Add("level.finest", &finest, "Finest level used: 0 = full resolution, 1 = half, ...", 0, 11);
   set->Add("level.rounds", &rounds,
            "Rounds of freezing visibility and solving, on the finest level", 1, 1000);
@@ -267,7 +280,7 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
   double work_total = 0;
   double work_done = 0;
   const int last = options.level.finest;
-  const int first = last + options.level.count - 1;
+  const int first = CoarsestLevel(scene, options.level);
   const auto rounds_of = [&](int level) {
     return level > last ? options.level.coarse_rounds : options.level.rounds;
   };

@@ -9,7 +9,9 @@
 // facet that bridges a depth step, a niche that the initial mesh covers - can only move there,
 // within the few pixels over which windows correlate, and moves far only when visibility is frozen
 // anew on the way; the rest of the mesh has converged by then and the sum's relative tolerance no
-// longer notices. They have a quarter of the pixels each, so this costs little.
+// longer notices. A level has a quarter of the pixels of the next, so this costs little. Images with
+// less than min_side_px are not used: smoothness, which does not shrink with the pixels, would be
+// all there is.
 #pragma once
 
 #include <functional>
@@ -28,6 +30,7 @@ namespace burin {
 
 struct LevelOptions {
   int count = 4;                   // images at 2^-(count-1), ..., 1/2, 1 of their size
+  int min_side_px = 40;            // coarser levels with smaller images than this are not used
   int finest = 0;                  // 0 = full resolution, 1 = half, ...
   int rounds = 2;                  // on the finest level
   int coarse_rounds = 4;           // on each of the others

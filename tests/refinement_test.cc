@@ -130,6 +130,19 @@ TEST(Refinement, CoarseLevelsHaveTheirOwnRoundsAndTolerance) {
   EXPECT_GT(finest.rounds[0].solve.iterations, 2);
 }
 
+TEST(Refinement, ImagesBelowTheSmallestSideMakeNoLevel) {
+  PipelineOptions options;  // 240 x 180, 120 x 90, 60 x 45, 30 x 22.5
+  options.refinement.level.count = 6;
+  options.refinement.level.rounds = options.refinement.level.coarse_rounds = 1;
+  options.refinement.solver.max_iterations = 1;
+  for (const auto& [side, levels] : {std::pair{45, 3U}, {46, 2U}, {181, 1U}}) {
+    options.refinement.level.min_side_px = side;
+    const PipelineResult result = RunPipeline(Relief().scene, Relief().init, options);
+    EXPECT_EQ(result.refinement.levels.size(), levels) << side;
+    EXPECT_EQ(result.refinement.levels.back().level, 0) << side;
+  }
+}
+
 TEST(Refinement, ScaleOfTheWorldDoesNotMatter) {
   const PipelineOptions options;
   const TriangleMesh reference = RunPipeline(Relief().scene, Relief().init, options).mesh;
