@@ -20,16 +20,6 @@ std::vector<std::string> SplitAtCommas(const std::string& text) {
   return parts;
 }
 
-TriangleMesh WorldMesh(const FrozenRound& frozen, const std::vector<Eigen::Vector3d>& vertices) {
-  TriangleMesh mesh;
-  mesh.faces = frozen.context->mesh->faces;
-  mesh.vertices.reserve(vertices.size());
-  for (const Eigen::Vector3d& vertex : vertices) {
-    mesh.vertices.push_back(vertex * frozen.footprint + frozen.origin);
-  }
-  return mesh;
-}
-
 // Errors of meshes to the truth, if there is one. The start of a round is the same mesh for every
 // strategy and is measured once.
 class ErrorGauge {
@@ -41,7 +31,7 @@ class ErrorGauge {
   bool every_iteration() const { return every_iteration_; }
 
   double Of(const FrozenRound& frozen, const std::vector<Eigen::Vector3d>& vertices) const {
-    return meter_ == nullptr ? kNotMeasured : meter_->Measure(WorldMesh(frozen, vertices)).rmse;
+    return meter_ == nullptr ? kNotMeasured : meter_->Measure(frozen.world_mesh(vertices)).rmse;
   }
   double OfStart(const FrozenRound& frozen) {
     if (meter_ == nullptr) return kNotMeasured;
@@ -179,7 +169,7 @@ void RunFrozen(const Scene& scene, const TriangleMesh& mesh, const PipelineOptio
       ComparedRound round = TrySolve(frozen, strategy.name, &gauge, &rows[s]);
       say(TrialLine(round, strategy.name));
       if (last && round.reason.empty()) {
-        Evaluate(WorldMesh(frozen, round.trial.vertices), truth, comparison->options.evaluation,
+        Evaluate(frozen.world_mesh(round.trial.vertices), truth, comparison->options.evaluation,
                  &strategy);
       }
       if (strategy.name == comparison->references.back() && round.reason.empty()) {

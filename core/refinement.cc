@@ -376,8 +376,12 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
         frozen.round = r;
         frozen.unknowns = unknowns;
         frozen.context = &context;
-        frozen.origin = origin;
-        frozen.footprint = footprint;
+        frozen.world_mesh = [&](const std::vector<Eigen::Vector3d>& now) {
+          TriangleMesh moved = result;
+          RestoreVertices({now, {}}, order, &moved);
+          for (Eigen::Vector3d& vertex : moved.vertices) vertex = vertex * footprint + origin;
+          return moved;
+        };
         frozen.solve = [&](const std::string& name, const auto& on_iteration) {
           return TryStrategy(round, terms, mesh.vertices, StrategyFor(name, unknowns, solver),
                              solver, on_iteration);

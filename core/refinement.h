@@ -103,8 +103,9 @@ struct FrozenRound {
   int round = 0;
   int unknowns = 0;
   const RoundContext* context = nullptr;
-  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  // world = footprint * normalised + origin
-  double footprint = 1;
+  // The mesh with these vertices (normalised world, in the round's order), in the world and in the
+  // caller's order, as Refine would return it.
+  std::function<TriangleMesh(const std::vector<Eigen::Vector3d>&)> world_mesh;
 
   // One iteration of a trial. `record.seconds` is the time of the strategy alone.
   struct Progress {

@@ -26,7 +26,7 @@ struct SolverOptions {
   // the RMS displacement in pixels of the level. lm_cholesky, lm_cgnr and dogleg end after a taken
   // step that is as short. 0 = never.
   double min_step_px = 0;
-  int cholesky_max_unknowns = 60000;
+  int cholesky_max_unknowns = 0;
   int cg_max_iterations = 30;  // of CGNR and PCG, per LM step
   double cg_tolerance = 0.05;  // of CGNR and PCG: eta of the truncated Newton step
   double initial_trust_radius = 1e4;

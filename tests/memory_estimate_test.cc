@@ -139,12 +139,12 @@ TEST(MemoryEstimate, ALimitBelowTheEstimateIsAnErrorThatSaysWhatFits) {
     FAIL();
   } catch (const MemoryLimitError& error) {
     EXPECT_THAT(error.what(), HasSubstr("memory.limit_gb"));
-    EXPECT_THAT(error.what(), HasSubstr("--level.finest 1 --level.count 2 ("));
+    EXPECT_THAT(error.what(), HasSubstr("--level.finest 1 --level.count 3 ("));
     EXPECT_THAT(error.what(), HasSubstr("--level.max_facet_px 32 ("));
   }
   // What it offers is accepted.
   options.refinement.level.finest = 1;
-  options.refinement.level.count = 2;
+  options.refinement.level.count = 3;
   EXPECT_NO_THROW(CheckMemory(scene.scene, scene.init, options));
 }
 

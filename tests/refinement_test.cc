@@ -62,7 +62,7 @@ TEST(Refinement, EveryStrategyLowersEnergyAndError) {
 TEST(Refinement, FrozenRoundsCanBeTriedAgain) {
   PipelineOptions options;
   options.refinement.level.count = 2;
-  options.refinement.level.rounds = 1;
+  options.refinement.level.rounds = options.refinement.level.coarse_rounds = 1;
   options.refinement.solver.max_iterations = 4;
   options.refinement.solver.type = "lm_cgnr";
   const TriangleMesh alone = RunPipeline(Relief().scene, Relief().init, options).mesh;
