@@ -30,7 +30,7 @@ namespace burin {
 
 struct LevelOptions {
   int count = 4;                   // images at 2^-(count-1), ..., 1/2, 1 of their size
-  int min_side_px = 40;            // coarser levels with smaller images than this are not used
+  int min_side_px = 64;            // coarser levels with smaller images than this are not used
   int finest = 0;                  // 0 = full resolution, 1 = half, ...
   int rounds = 2;                  // on the finest level
   int coarse_rounds = 4;           // on each of the others

@@ -7,7 +7,7 @@ namespace burin {
 void SolverOptions::Describe(OptionSet* set) {
   std::vector<std::string> names = {"auto"};
   for (const Strategy& strategy : Strategies()) names.push_back(strategy.name);
-  set->Add("solver.type", &type, "Minimiser; auto = lm_cholesky for small meshes, else lm_pcg",
+  set->Add("solver.type", &type, "Minimiser; auto = lm_pcg, or lm_cholesky up to solver.cholesky_max_unknowns",
            names);
   set->Add("solver.max_iterations", &max_iterations, "Iterations a round at most", 0, 100000);
   set->Add("solver.function_tolerance", &function_tolerance,
