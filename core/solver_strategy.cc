@@ -7,8 +7,8 @@ namespace burin {
 void SolverOptions::Describe(OptionSet* set) {
   std::vector<std::string> names = {"auto"};
   for (const Strategy& strategy : Strategies()) names.push_back(strategy.name);
-  set->Add("solver.type", &type, "Minimiser; auto = lm_pcg, or lm_cholesky up to solver.cholesky_max_unknowns",
-           names);
+  set->Add("solver.type", &type,
+           "Minimiser; auto = lm_pcg, or lm_cholesky up to solver.cholesky_max_unknowns", names);
   set->Add("solver.max_iterations", &max_iterations, "Iterations a round at most", 0, 100000);
   set->Add("solver.function_tolerance", &function_tolerance,
            "A round ends when |dE| < function_tolerance * E", 0, 1);
