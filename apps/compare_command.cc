@@ -1,4 +1,3 @@
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
@@ -21,6 +20,7 @@
 #include "core/error.h"
 #include "core/mesh_io.h"
 #include "core/parallel.h"
+#include "core/stopwatch.h"
 
 namespace burin {
 namespace {
@@ -59,7 +59,7 @@ MemoryCheck CheckMemoryOfAll(const Scene& scene, const TriangleMesh& mesh, Pipel
 }
 
 void CompareCommand::Run() {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   pipeline.Check();
   compare.Names();
   compare.evaluation.Thresholds();
@@ -99,8 +99,7 @@ void CompareCommand::Run() {
   summary["threads"] = ThreadCount();
   summary["peak_memory_mib"] = std::round(PeakMemoryMib());
   summary["memory"] = MemoryJson(memory);
-  summary["seconds"] =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  summary["seconds"] = watch.Seconds();
 
   WriteTextAtomically(folder / "compare.csv", ComparisonCsv(comparison));
   for (const NamedChart& chart : ComparisonCharts(comparison)) {

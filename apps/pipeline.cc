@@ -1,9 +1,8 @@
 #include "apps/pipeline.h"
 
-#include <chrono>
-
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/stopwatch.h"
 
 namespace burin {
 
@@ -44,10 +43,9 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
   SetThreadCount(checked.threads);
 
   PipelineResult result;
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   result.selection = selection != nullptr ? *selection : SelectPairs(scene, mesh, checked.pairs);
-  result.selection_seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  result.selection_seconds = watch.Seconds();
   PhotometricEnergy photometric(checked.photo);
   SmoothnessEnergy smoothness(checked.smooth);
   result.mesh = Refine(scene, mesh, result.selection.pairs, checked.refinement,

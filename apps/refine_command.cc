@@ -1,4 +1,3 @@
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
@@ -20,6 +19,7 @@
 #include "core/mesh_io.h"
 #include "core/picture.h"
 #include "core/render.h"
+#include "core/stopwatch.h"
 
 namespace burin {
 namespace {
@@ -69,10 +69,7 @@ void RefineCommand::WritePictures(const std::filesystem::path& folder, const Sce
 }
 
 void RefineCommand::Run() {
-  const auto start = std::chrono::steady_clock::now();
-  const auto seconds = [start] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  };
+  const Stopwatch watch;
   options.Check();
   const OutputFolder output(output_path);
   const std::filesystem::path& folder = output.path();
@@ -89,7 +86,7 @@ void RefineCommand::Run() {
   inputs.scene = &scene;
   inputs.mesh = &mesh;
   inputs.mesh_report = report.Brief();
-  inputs.load_seconds = seconds();
+  inputs.load_seconds = watch.Seconds();
 
   Progress progress;
   progress.Begin(1);
@@ -125,10 +122,10 @@ void RefineCommand::Run() {
   WriteTextAtomically(folder / "config.toml", ConfigText(set));
   if (pictures) WritePictures(folder, scene, mesh, result.mesh);
   WriteTextAtomically(folder / "summary.json",
-                      SummaryJson(inputs, options, result, seconds()).dump(2) + "\n");
+                      SummaryJson(inputs, options, result, watch.Seconds()).dump(2) + "\n");
   std::cout << "wrote " << (folder / "refined.ply").string() << ": " << result.mesh.vertices.size()
             << " vertices, " << result.mesh.faces.size() << " faces; "
-            << result.selection.pairs.size() << " pairs, " << std::lround(seconds()) << " s, "
+            << result.selection.pairs.size() << " pairs, " << std::lround(watch.Seconds()) << " s, "
             << std::lround(PeakMemoryMib()) << " MiB\n";
 }
 

@@ -36,6 +36,7 @@ nlohmann::ordered_json RoundJson(const RoundSummary& round) {
   json["unknowns"] = round.solve.unknowns;
   json["pair_pixels"] = round.pair_pixels;
   json["supported_vertices"] = round.supported_vertices;
+  json["relaxed_vertices"] = round.relaxed_vertices;
   json["energy_initial"] = round.energy_initial;
   json["energy_final"] = round.energy_final;
   json["terms"] = round.terms;

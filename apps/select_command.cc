@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <iomanip>
@@ -20,6 +19,7 @@
 #include "core/mesh_io.h"
 #include "core/parallel.h"
 #include "core/picture.h"
+#include "core/stopwatch.h"
 #include "selection/pair_file.h"
 #include "selection/pair_selection.h"
 
@@ -61,12 +61,11 @@ void SelectCommand::Run() {
   const Scene scene = LoadColmapScene(scene_path, /*with_images=*/false);
   const TriangleMesh mesh = ReadMesh(mesh_path);
   CheckMeshIsSeen(scene, mesh, mesh_path);
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const PairsRecipe recipe = Resolve(options.pairs);
   const PairSurvey survey = SurveyPairs(scene, mesh, recipe.survey);
   const PairSelection selection = SelectPairs(scene, mesh, options.pairs, &survey);
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double seconds = watch.Seconds();
   for (const std::string& warning : selection.warnings) {
     std::cerr << "no partner: " << warning << "\n";
   }

@@ -18,14 +18,9 @@ EmbreeMesh::EmbreeMesh(const TriangleMesh& mesh, RTCSceneFlags flags) {
   rtcSetSceneFlags(scene_, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | flags));
 
   if (!mesh.faces.empty()) {
-    Eigen::Vector3d low = mesh.vertices[0];
-    Eigen::Vector3d high = low;
-    for (const Eigen::Vector3d& vertex : mesh.vertices) {
-      low = low.cwiseMin(vertex);
-      high = high.cwiseMax(vertex);
-    }
-    origin_ = 0.5 * (low + high);
-    rounding_ = (high - low).norm() * std::numeric_limits<float>::epsilon();
+    const Eigen::AlignedBox3d box = BoundingBox(mesh);
+    origin_ = box.center();
+    rounding_ = box.diagonal().norm() * std::numeric_limits<float>::epsilon();
 
     RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* positions = static_cast<float*>(

@@ -17,6 +17,9 @@ struct FacetPencil {
   Eigen::Matrix3d coefficients;
   double offset = 0;       // n . (V_0 - c); negative for a front-facing facet
   Eigen::Vector3d normal;  // area normal n
+
+  // 1/t at pixel position (x, y) is this times (x, y, 1).
+  Eigen::RowVector3d InverseDepth() const { return coefficients.colwise().sum(); }
 };
 
 // What pencils need of a camera, computed once a view.

@@ -86,15 +86,14 @@ std::vector<char> BoundaryVertices(const TriangleMesh& mesh) {
   return on_boundary;
 }
 
+Eigen::AlignedBox3d BoundingBox(const TriangleMesh& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& vertex : mesh.vertices) box.extend(vertex);
+  return box;
+}
+
 double BoundingDiagonal(const TriangleMesh& mesh) {
-  if (mesh.vertices.empty()) return 0;
-  Eigen::Vector3d low = mesh.vertices[0];
-  Eigen::Vector3d high = mesh.vertices[0];
-  for (const Eigen::Vector3d& vertex : mesh.vertices) {
-    low = low.cwiseMin(vertex);
-    high = high.cwiseMax(vertex);
-  }
-  return (high - low).norm();
+  return mesh.vertices.empty() ? 0.0 : BoundingBox(mesh).diagonal().norm();
 }
 
 }  // namespace burin

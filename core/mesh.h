@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <vector>
 
 namespace burin {
@@ -36,6 +37,9 @@ std::vector<Eigen::Vector3d> VertexNormals(const TriangleMesh& mesh);
 
 // Vertices on an edge that has one face only (true = on the boundary).
 std::vector<char> BoundaryVertices(const TriangleMesh& mesh);
+
+// Axis-aligned bounding box of the vertices; empty for an empty mesh.
+Eigen::AlignedBox3d BoundingBox(const TriangleMesh& mesh);
 
 // Diagonal of the axis-aligned bounding box of the vertices; 0 for an empty mesh.
 double BoundingDiagonal(const TriangleMesh& mesh);

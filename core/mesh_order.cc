@@ -23,20 +23,15 @@ uint64_t Spread(uint64_t value) {
 MeshOrder OrderAlongCurve(const TriangleMesh& mesh) {
   MeshOrder order;
   if (mesh.vertices.empty()) return order;
-  Eigen::Vector3d low = mesh.vertices[0];
-  Eigen::Vector3d high = low;
-  for (const Eigen::Vector3d& vertex : mesh.vertices) {
-    low = low.cwiseMin(vertex);
-    high = high.cwiseMax(vertex);
-  }
-  const double extent = (high - low).maxCoeff();
+  const Eigen::AlignedBox3d box = BoundingBox(mesh);
+  const double extent = box.sizes().maxCoeff();
   const double scale = extent > 0 ? ((1 << kBits) - 1) / extent : 0;
   std::vector<std::pair<uint64_t, int>> keys(mesh.faces.size());
   for (size_t f = 0; f < mesh.faces.size(); ++f) {
     const Eigen::Vector3i& face = mesh.faces[f];
     const Eigen::Vector3d centroid =
         (mesh.vertices[face[0]] + mesh.vertices[face[1]] + mesh.vertices[face[2]]) / 3;
-    const Eigen::Vector3d cell = scale * (centroid - low);
+    const Eigen::Vector3d cell = scale * (centroid - box.min());
     uint64_t key = 0;
     for (int c = 0; c < 3; ++c) key |= Spread(static_cast<uint64_t>(std::max(0.0, cell[c]))) << c;
     keys[f] = {key, static_cast<int>(f)};

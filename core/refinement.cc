@@ -1,52 +1,25 @@
 #include "core/refinement.h"
 
-#include <ceres/problem.h>
 #include <glog/logging.h>
 #include <malloc.h>
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
-#include <memory>
 
 #include "core/error.h"
+#include "core/hidden_folds.h"
 #include "core/mesh_order.h"
-#include "core/motion.h"
 #include "core/pyramid.h"
 #include "core/round.h"
+#include "core/stopwatch.h"
 #include "core/subdivide.h"
 
 namespace burin {
 namespace {
 
-class Stopwatch {
- public:
-  double Seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
-// Hands one problem's evaluation callback on to every term that has one.
-class CallbackFanOut : public ceres::EvaluationCallback {
- public:
-  explicit CallbackFanOut(const std::vector<EnergyTerm*>& terms) {
-    for (EnergyTerm* term : terms) {
-      if (term->Callback() != nullptr) callbacks_.push_back(term->Callback());
-    }
-  }
-  void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override {
-    for (ceres::EvaluationCallback* callback : callbacks_) {
-      callback->PrepareForEvaluation(evaluate_jacobians, new_evaluation_point);
-    }
-  }
-
- private:
-  std::vector<ceres::EvaluationCallback*> callbacks_;
-};
+// Enough for folds of some tens of vertices across; each round adds its own.
+constexpr int kRelaxSweeps = 100;
 
 // Median over vertices of the smallest footprint among the views they project into; 0 when none
 // does.
@@ -80,149 +53,12 @@ int CoarsestLevel(const Scene& scene, const LevelOptions& options) {
   return level;
 }
 
-Eigen::Vector3d BoxCentre(const TriangleMesh& mesh) {
-  Eigen::Vector3d low = mesh.vertices[0];
-  Eigen::Vector3d high = mesh.vertices[0];
-  for (const Eigen::Vector3d& vertex : mesh.vertices) {
-    low = low.cwiseMin(vertex);
-    high = high.cwiseMax(vertex);
-  }
-  return 0.5 * (low + high);
-}
-
 // A round frees millions of small blocks (residuals, Jacobian cells) that the next level's large arrays
 // cannot use; give their pages back instead of carrying them through the run.
 void ReturnFreeMemory() {
 #ifdef __GLIBC__
   malloc_trim(0);
 #endif
-}
-
-struct RoundProblem {
-  std::unique_ptr<ceres::Problem> problem;
-  SolveTask task;
-};
-
-RoundProblem BuildProblem(const std::vector<EnergyTerm*>& terms, const RoundContext& context,
-                          ceres::EvaluationCallback* callback,
-                          std::vector<Eigen::Vector3d>* vertices) {
-  RoundProblem round;
-  ceres::Problem::Options problem_options;
-  problem_options.evaluation_callback = callback;
-  problem_options.disable_all_safety_checks = true;
-  round.problem = std::make_unique<ceres::Problem>(problem_options);
-  round.task.problem = round.problem.get();
-  round.task.vertices = vertices;
-  round.task.evaluation_callback = callback;
-  round.task.context = &context;
-  size_t known = 0;
-  std::vector<ceres::ResidualBlockId> blocks;
-  for (EnergyTerm* term : terms) {
-    term->AddResiduals(round.problem.get(), vertices);
-    round.problem->GetResidualBlocks(&blocks);
-    round.task.term_blocks.emplace_back(
-        term->Name(), std::vector<ceres::ResidualBlockId>(blocks.begin() + static_cast<long>(known),
-                                                          blocks.end()));
-    known = blocks.size();
-  }
-  for (size_t v = 0; v < vertices->size(); ++v) {
-    double* block = (*vertices)[v].data();
-    if (!round.problem->HasParameterBlock(block)) continue;
-    if (context.normals[v].isZero()) {
-      round.problem->SetParameterBlockConstant(block);
-    } else if (context.motion == Motion::kNormal) {
-      round.problem->SetManifold(block, new LineAlongNormal(context.normals[v]));
-    }
-  }
-  return round;
-}
-
-nlohmann::json EnergyByTerm(const RoundProblem& round) {
-  nlohmann::json energies = nlohmann::json::object();
-  double total = 0;
-  for (const auto& [name, blocks] : round.task.term_blocks) {
-    ceres::Problem::EvaluateOptions evaluate;
-    evaluate.residual_blocks = blocks;
-    double energy = 0;
-    if (!blocks.empty()) {
-      round.problem->Evaluate(evaluate, &energy, nullptr, nullptr, nullptr);
-    }
-    energies[name] = energy;
-    total += energy;
-  }
-  energies["total"] = total;
-  return energies;
-}
-
-// The strategy of that name; throws InputError when there is none or it cannot take the problem.
-const Strategy& StrategyFor(const std::string& name, int unknowns, const SolverOptions& options) {
-  const Strategy* strategy = FindStrategy(name, unknowns, options);
-  if (strategy == nullptr) throw InputError("solver.type = " + name + ": no such strategy");
-  if (strategy->max_unknowns > 0 && unknowns > strategy->max_unknowns) {
-    throw InputError("solver.type = " + strategy->name + ": " + std::to_string(unknowns) +
-                     " unknowns, at most " + std::to_string(strategy->max_unknowns) +
-                     " fit its dense matrix; take lbfgs");
-  }
-  return *strategy;
-}
-
-int64_t EvaluationCount(const std::vector<EnergyTerm*>& terms) {
-  int64_t count = 0;
-  for (const EnergyTerm* term : terms) count += term->EvaluationCount();
-  return count;
-}
-
-// Solves a copy of `round`'s task from `start`, with nothing evaluated yet, and leaves its vertices at
-// `start` again. Energies before and after are outside clock and count.
-RoundTrial TryStrategy(const RoundProblem& round, const std::vector<EnergyTerm*>& terms,
-                       const std::vector<Eigen::Vector3d>& start, const Strategy& strategy,
-                       const SolverOptions& options,
-                       const std::function<bool(const FrozenRound::Progress&)>& on_iteration) {
-  std::vector<Eigen::Vector3d>& vertices = *round.task.vertices;
-  RoundTrial trial;
-  std::copy(start.begin(), start.end(), vertices.begin());  // the addresses are the problem's
-  trial.energy_initial = EnergyByTerm(round);
-  for (EnergyTerm* term : terms) term->Forget();
-  const int64_t evaluations_before = EvaluationCount(terms);
-  double paused_seconds = 0;
-  Stopwatch watch;
-  std::vector<Eigen::Vector3d> reported = start;  // by the last call with an accepted point
-  const auto report = [&](const IterationRecord& record, double seconds, int64_t evaluations) {
-    FrozenRound::Progress progress;
-    progress.record = record;
-    progress.record.seconds = seconds;
-    progress.evaluations = evaluations;
-    progress.vertices = &vertices;
-    if (record.accepted) reported = vertices;
-    return on_iteration(progress);
-  };
-  SolveTask task = round.task;
-  task.follow_vertices = true;
-  task.on_iteration = [&](const IterationRecord& record) {
-    if (!on_iteration) return true;
-    const double now = watch.Seconds();
-    IterationRecord copy = record;
-    if (record.iteration == 0) copy.accepted = true;  // no step yet; strategies differ in the flag
-    const bool go_on =
-        report(copy, now - paused_seconds, EvaluationCount(terms) - evaluations_before);
-    paused_seconds += watch.Seconds() - now;
-    return go_on;
-  };
-  trial.solve = strategy.solve(task, options);
-  trial.solve.strategy = strategy.name;
-  trial.seconds = watch.Seconds() - paused_seconds;
-  trial.evaluations = EvaluationCount(terms) - evaluations_before;
-  if (!trial.solve.usable) std::copy(start.begin(), start.end(), vertices.begin());
-  trial.energy_final = EnergyByTerm(round);
-  if (on_iteration && vertices != reported) {
-    IterationRecord record;
-    record.iteration = trial.solve.iterations;
-    record.energy = trial.energy_final["total"];
-    report(record, trial.seconds, trial.evaluations);
-  }
-  trial.vertices = vertices;
-  std::copy(start.begin(), start.end(), vertices.begin());
-  return trial;
 }
 
 }  // namespace
@@ -255,6 +91,10 @@ void RefinementOptions::Describe(OptionSet* set) {
   solver.Describe(set);
   set->Add("motion.type", &motion, "How vertices move: along their normal of the round, or freely",
            {"normal", "free"});
+  set->Add("motion.hidden", &hidden,
+           "Vertices that a pair saw in an earlier round and none sees now: drawn together after "
+           "each round, or keep their shape as those never seen do",
+           {"relax", "keep"});
 }
 
 TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
@@ -263,7 +103,7 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
                     RefinementSummary* summary) {
   const Stopwatch total;
   CHECK(!input.vertices.empty());
-  const Eigen::Vector3d origin = BoxCentre(input);
+  const Eigen::Vector3d origin = BoundingBox(input).center();
   const double footprint = MedianFootprint(scene, input);
   if (footprint <= 0) {
     throw InputError("no vertex of the mesh projects into any of the " +
@@ -287,6 +127,7 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
   for (int level = first; level >= last; --level) {
     work_total += rounds_of(level) * std::ldexp(1.0, -2 * level);
   }
+  const bool relax_hidden = options.hidden == "relax";
   // Of the vertices of `result`: some pair has seen a facet of theirs.
   std::vector<char> was_supported(result.vertices.size(), 0);
   bool stopped = false;
@@ -328,11 +169,12 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
       std::vector<ViewDomain> domains;
       RoundContext context =
           FreezeRound(views, pairs, mesh, motion, options.level.border_px, &domains);
-      for (size_t v = 0; v < order.vertex.size(); ++v) {
+      for (size_t v = 0; relax_hidden && v < order.vertex.size(); ++v) {
         char& was = was_supported[order.vertex[v]];
         was = static_cast<char>(was | context.supported[v]);
         context.was_supported[v] = was;
       }
+      context.first_level = level == first;
       round_summary.visibility_seconds = visibility_watch.Seconds();
       for (const ViewDomain& domain : domains) {
         for (int64_t pixels : domain.pair_pixels) round_summary.pair_pixels += pixels;
@@ -347,12 +189,10 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
       Stopwatch build_watch;
       for (EnergyTerm* term : terms) term->BeginRound(context);
       std::vector<Eigen::Vector3d> positions = mesh.vertices;
-      CallbackFanOut callback(terms);
-      RoundProblem round = BuildProblem(terms, context, &callback, &positions);
+      RoundProblem round(terms, context, &positions);
       round_summary.build_seconds = build_watch.Seconds();
 
-      const int unknowns =
-          round.problem->NumParameterBlocks() * (motion == Motion::kNormal ? 1 : 3);
+      const int unknowns = round.Unknowns();
       round.task.pixel = std::ldexp(1.0, level);
       const double round_work = std::ldexp(1.0, -2 * level);
       round.task.on_iteration = [&](const IterationRecord& record) {
@@ -383,8 +223,8 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
           return moved;
         };
         frozen.solve = [&](const std::string& name, const auto& on_iteration) {
-          return TryStrategy(round, terms, mesh.vertices, StrategyFor(name, unknowns, solver),
-                             solver, on_iteration);
+          return round.Try(StrategyFor(name, unknowns, solver), solver, mesh.vertices,
+                           on_iteration);
         };
         const RoundTrial trial = hooks.solve_round(frozen);
         round_summary.energy_initial = trial.energy_initial;
@@ -394,13 +234,16 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
         positions = trial.vertices;
       } else {
         const Strategy& strategy = StrategyFor(solver.type, unknowns, solver);
-        round_summary.energy_initial = EnergyByTerm(round);
+        round_summary.energy_initial = round.EnergyByTerm();
         round_summary.solve = strategy.solve(round.task, solver);
         round_summary.solve.strategy = strategy.name;
-        round_summary.energy_final = EnergyByTerm(round);
+        round_summary.energy_final = round.EnergyByTerm();
         round_summary.solve_seconds = solve_watch.Seconds();
       }
       if (round_summary.solve.usable) mesh.vertices = positions;
+      if (relax_hidden) {
+        round_summary.relaxed_vertices = RelaxHiddenFolds(context, kRelaxSweeps, &mesh);
+      }
       for (EnergyTerm* term : terms) round_summary.terms[term->Name()] = term->RoundReport();
       if (hooks.on_round) hooks.on_round(context, mesh, round_summary);
       level_summary.rounds.push_back(std::move(round_summary));

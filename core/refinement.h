@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "core/energy_term.h"
+#include "core/frozen_round.h"
 #include "core/mesh.h"
 #include "core/options.h"
 #include "core/pairs.h"
@@ -45,6 +46,7 @@ struct RefinementOptions {
   LevelOptions level;
   SolverOptions solver;
   std::string motion = "normal";
+  std::string hidden = "relax";  // or keep: what was seen in an earlier round and no longer is
   void Describe(OptionSet* set);
 };
 
@@ -56,6 +58,7 @@ struct RoundSummary {
   nlohmann::json terms;     // EnergyTerm::RoundReport by term
   int64_t pair_pixels = 0;  // sum of |Omega_ij|
   int supported_vertices = 0;
+  int relaxed_vertices = 0;  // by core/hidden_folds.h, after the solve
   double visibility_seconds = 0;
   double build_seconds = 0;
   double solve_seconds = 0;
@@ -84,42 +87,6 @@ struct RefinementEvent {
   int round = 0;
   double done = 0;  // estimated share of the whole run's work
   IterationRecord iteration;
-};
-
-// What a strategy made of a frozen round.
-struct RoundTrial {
-  SolveSummary solve;
-  std::vector<Eigen::Vector3d> vertices;  // normalised world; the start when not usable
-  nlohmann::json energy_initial;          // by term
-  nlohmann::json energy_final;
-  int64_t evaluations = 0;  // by the strategy, that of the start included
-  double seconds = 0;       // of the strategy, without the time spent in `on_iteration`
-};
-
-// A round that is ready to be solved: mesh, visibility, masks and pairs are frozen. It can be
-// solved any number of times; each time starts from the same positions with nothing evaluated yet.
-struct FrozenRound {
-  int level = 0;
-  int round = 0;
-  int unknowns = 0;
-  const RoundContext* context = nullptr;
-  // The mesh with these vertices (normalised world, in the round's order), in the world and in the
-  // caller's order, as Refine would return it.
-  std::function<TriangleMesh(const std::vector<Eigen::Vector3d>&)> world_mesh;
-
-  // One iteration of a trial. `record.seconds` is the time of the strategy alone.
-  struct Progress {
-    IterationRecord record;
-    int64_t evaluations = 0;                                 // so far, that of the start included
-    const std::vector<Eigen::Vector3d>* vertices = nullptr;  // accepted so far, normalised world
-  };
-  // Solves the round with the strategy of that name ("auto" included). `on_iteration` may be empty;
-  // false stops the trial. Its first call is for the start, its last with an accepted point for what
-  // the trial returns: where that is not the strategy's last iteration (Ceres' line searches end
-  // without reporting theirs, gradient_descent returns its best), there is one more call for it. Throws InputError when the strategy is unknown or refuses the problem.
-  std::function<RoundTrial(const std::string& strategy,
-                           const std::function<bool(const Progress&)>& on_iteration)>
-      solve;
 };
 
 struct RefinementHooks {

@@ -3,9 +3,9 @@
 #include <ceres/problem.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
+#include "core/stopwatch.h"
 #include "core/strategies.h"
 
 namespace burin {
@@ -34,7 +34,7 @@ double EnergyOfBlocks(const ceres::Problem& problem,
 // gradient_step_px footprints. Smoothness residuals of the problem are not used: the umbrella step
 // stands for them; records have their energy in, to be compared with those of other strategies.
 SolveSummary SolveGradientDescent(const SolveTask& task, const SolverOptions& options) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   std::vector<Eigen::Vector3d>& vertices = *task.vertices;
   ceres::Problem::EvaluateOptions evaluate;
   std::vector<ceres::ResidualBlockId> smoothness_blocks;
@@ -87,8 +87,7 @@ SolveSummary SolveGradientDescent(const SolveTask& task, const SolverOptions& op
                        magnitude.end());
       step = magnitude[rank] > 0 ? options.gradient_step_px / magnitude[rank] : 0;
     }
-    record.seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    record.seconds = watch.Seconds();
     if (task.on_iteration && !task.on_iteration(record)) {
       summary.termination = "Stopped by the caller.";
       break;

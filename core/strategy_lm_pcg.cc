@@ -12,11 +12,11 @@
 // when it lowers E; H is assembled (core/normal_equations.h); everything uses all threads and has
 // the same bytes for any number of them.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "core/conjugate_gradients.h"
 #include "core/normal_equations.h"
+#include "core/stopwatch.h"
 #include "core/strategies.h"
 
 namespace burin {
@@ -28,12 +28,6 @@ constexpr double kMinRho = 1e-3;
 constexpr double kMaxRadius = 1e16;
 constexpr double kMinRadius = 1e-32;
 constexpr double kGradientTolerance = 1e-10;
-
-double Seconds(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-double MaxNorm(const Eigen::VectorXd& x) { return x.size() > 0 ? x.cwiseAbs().maxCoeff() : 0.0; }
 
 class LmPcg {
  public:
@@ -56,7 +50,7 @@ class LmPcg {
 
   const SolveTask& task_;
   const SolverOptions& options_;
-  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  const Stopwatch watch_;
   NormalEquations equations_;
   std::vector<int> first_;  // unknown of each moving block, and the end
   BlockJacobi preconditioner_;
@@ -70,7 +64,7 @@ class LmPcg {
 };
 
 double LmPcg::ComputeStep() {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const SymmetricMatrix& matrix = equations_.matrix();
   const Eigen::VectorXd diagonal = matrix.Diagonal();
   if (scale_squared_.size() == 0) {
@@ -87,7 +81,7 @@ double LmPcg::ComputeStep() {
   Eigen::VectorXd product;
   matrix.Multiply(step_, Eigen::VectorXd(), &product);
   const double decrease = -(Dot(gradient_, step_) + 0.5 * Dot(step_, product));
-  summary_.linear_solver_seconds += Seconds(start);
+  summary_.linear_solver_seconds += watch.Seconds();
   return decrease;
 }
 
@@ -98,11 +92,11 @@ bool LmPcg::Report(int iteration, bool accepted) {
   IterationRecord record;
   record.iteration = iteration;
   record.energy = cost_;
-  record.gradient_max = MaxNorm(gradient_);
+  record.gradient_max = gradient_.lpNorm<Eigen::Infinity>();
   record.step_norm = step_.size() > 0 ? std::sqrt(Dot(step_, step_)) : 0;
   record.accepted = accepted;
   record.linear_iterations = linear_iterations_;
-  record.seconds = Seconds(start_);
+  record.seconds = watch_.Seconds();
   if (task_.on_iteration(record)) return true;
   summary_.termination = "Stopped by the caller.";
   return false;
@@ -127,7 +121,7 @@ SolveSummary LmPcg::Solve() {
       summary_.termination = "Maximum number of iterations reached.";
       return summary_;
     }
-    if (MaxNorm(gradient_) <= kGradientTolerance) {
+    if (gradient_.lpNorm<Eigen::Infinity>() <= kGradientTolerance) {
       summary_.termination = "Gradient tolerance reached.";
       return summary_;
     }

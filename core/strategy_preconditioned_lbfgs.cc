@@ -21,12 +21,12 @@
 #include <ceres/gradient_problem_solver.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <unordered_map>
 
 #include "core/normal_equations.h"
 #include "core/sparse_cholesky.h"
+#include "core/stopwatch.h"
 #include "core/strategies.h"
 
 namespace burin {
@@ -36,12 +36,6 @@ namespace {
 // points than H; this share of the mean diagonal is to hold them. It is not tuned: see
 // docs/solver_study.md, where rounding alone changes the result by more than 0 or 0.1 here does.
 constexpr double kMeanDamping = 0.01;
-
-double Seconds(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-double MaxNorm(const Eigen::VectorXd& x) { return x.size() > 0 ? x.cwiseAbs().maxCoeff() : 0.0; }
 
 // I + length^2 K in the unknowns of `equations`.
 SymmetricMatrix SobolevMatrix(const NormalEquations& equations, const SolveTask& task,
@@ -145,10 +139,10 @@ class Forwarder : public ceres::IterationCallback {
     IterationRecord record;
     record.iteration = summary.iteration;
     record.energy = summary.cost;
-    record.gradient_max = MaxNorm(function_.gradient());
+    record.gradient_max = function_.gradient().lpNorm<Eigen::Infinity>();
     record.step_norm = (now - before_).norm();
     record.accepted = summary.step_is_successful;
-    record.seconds = Seconds(start_);
+    record.seconds = watch_.Seconds();
     before_ = now;
     if (task_.follow_vertices) function_.Move(y_);
     return task_.on_iteration(record) ? ceres::SOLVER_CONTINUE
@@ -160,7 +154,7 @@ class Forwarder : public ceres::IterationCallback {
   const ChangedVariables& function_;
   const double* y_;
   Eigen::VectorXd before_;
-  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  const Stopwatch watch_;
 };
 
 SolveSummary Failed(SolveSummary summary, const std::string& why) {
@@ -186,7 +180,7 @@ SolveSummary Minimise(const SolveTask& task, const SolverOptions& options,
     summary.termination = "Nothing moves.";
     return summary;
   }
-  const auto factor_start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   SparseCholesky factor;
   if (!make_factor(equations, &factor)) return Failed(summary, "Factorisation failed.");
   Eigen::VectorXd changed;
@@ -196,11 +190,11 @@ SolveSummary Minimise(const SolveTask& task, const SolverOptions& options,
   Eigen::VectorXd product;
   equations.matrix().Multiply(direction, Eigen::VectorXd(), &product);
   const double curvature = direction.dot(product);
-  summary.linear_solver_seconds = Seconds(factor_start);
+  summary.linear_solver_seconds = watch.Seconds();
   // Ceres' first step along -dE/dy is min(1, 1 / |dE/dy|_max); it is to be `alpha` in the unscaled
   // variables: min(1, c / G) / c^2 = alpha with G = |L^-1 P g|_max.
   const double alpha = curvature > 0 ? changed.squaredNorm() / curvature : 1;
-  const double largest = MaxNorm(changed);
+  const double largest = changed.lpNorm<Eigen::Infinity>();
   const double root = 1 / std::sqrt(alpha);
   auto* function = new ChangedVariables(&equations, &factor);
   function->SetScale(largest <= root || largest == 0 ? root : 1 / (alpha * largest));

@@ -198,13 +198,7 @@ SyntheticLayout ScanLayout(const SyntheticOptions& options, const TriangleMesh& 
     throw InputError("synth.scene = scan: the mesh has no finite extent");
   }
   SyntheticLayout layout;
-  Eigen::Vector3d low = scan.vertices[0];
-  Eigen::Vector3d high = scan.vertices[0];
-  for (const Eigen::Vector3d& vertex : scan.vertices) {
-    low = low.cwiseMin(vertex);
-    high = high.cwiseMax(vertex);
-  }
-  const Eigen::Vector3d center = (low + high) / 2;
+  const Eigen::Vector3d center = BoundingBox(scan).center();
   double radius = 0;
   for (const Eigen::Vector3d& vertex : scan.vertices) {
     radius = std::max(radius, (vertex - center).norm());

@@ -200,9 +200,7 @@ void RayCaster::Impl::CastPairs(const std::vector<Camera>& cameras, int view,
   ParallelFor(static_cast<int>(domain->facet.size()), kFacetGrain, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       const Eigen::RowVector3d row =
-          MakeFacetPencil(mesh.vertices, mesh.faces[domain->facet[k]], rays)
-              .coefficients.colwise()
-              .sum();
+          MakeFacetPencil(mesh.vertices, mesh.faces[domain->facet[k]], rays).InverseDepth();
       for (uint32_t n = domain->start[3 * k]; n < domain->start[3 * k + 3]; ++n) {
         const int x = static_cast<int>(domain->pixel[n]) % width;
         const int y = static_cast<int>(domain->pixel[n]) / width;

@@ -157,9 +157,7 @@ DepthPlanes MakeDepthPlanes(const ViewDomain& domain, const TriangleMesh& mesh,
   ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       const Eigen::RowVector3d row =
-          MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], rays)
-              .coefficients.colwise()
-              .sum();
+          MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], rays).InverseDepth();
       for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
         const uint32_t p = domain.pixel[n];
         const double x = p % static_cast<uint32_t>(domain.width) + 0.5;

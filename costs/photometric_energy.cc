@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 
 #include "core/facet_pencil.h"
 #include "core/parallel.h"
+#include "core/stopwatch.h"
 #include "costs/pair_kernel.h"
 #include "costs/patch_cost.h"
 #include "costs/step_band.h"
@@ -103,8 +103,7 @@ struct PhotometricEnergy::Shared {
   std::vector<std::vector<ViewTile>> tiles;  // per view
   std::vector<WindowMasks> masks;            // per view
   std::vector<PartnerBits> clear_of_steps;   // per view; empty = Omega_ij as cast
-  int levels_begun = 0;
-  int64_t reference_pixels = 0;  // of all views: windows that could have a mask
+  int64_t reference_pixels = 0;              // of all views: windows that could have a mask
   double mask_seconds = 0;
   std::vector<Eigen::Vector3d>* parameters = nullptr;
   std::vector<PatchCost*> patches;  // owned by the round's problem
@@ -147,7 +146,7 @@ struct PhotometricEnergy::State : public PhotometricEnergy::Shared {
     ParallelFor(facets, kFacetGrain, [&](int begin, int end) {
       for (int k = begin; k < end; ++k) {
         pencils[k] = MakeFacetPencil(positions, faces[domain.facet[k]], rays);
-        const Eigen::RowVector3d row = pencils[k].coefficients.colwise().sum();
+        const Eigen::RowVector3d row = pencils[k].InverseDepth();
         for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
           const uint32_t p = domain.pixel[n];
           const double x = p % domain.width + 0.5;
@@ -245,13 +244,13 @@ struct PhotometricEnergy::State : public PhotometricEnergy::Shared {
 };
 
 void PhotometricEnergy::Shared::FreezeMasks() {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const MaskMode mode = MaskModeNamed(options.mask.mode);
   const int min_taps =
       static_cast<int>(std::ceil(options.min_valid_share * options.window * options.window));
   masks.assign(views->size(), WindowMasks());
   clear_of_steps.clear();
-  const bool band = mode == MaskMode::kPlane && options.mask.band_px > 0 && levels_begun > 1;
+  const bool band = mode == MaskMode::kPlane && options.mask.band_px > 0 && !context->first_level;
   std::vector<std::vector<uint8_t>> near_steps(views->size());
   reference_pixels = 0;
   for (size_t i = 0; i < views->size(); ++i) {
@@ -260,7 +259,9 @@ void PhotometricEnergy::Shared::FreezeMasks() {
     if (tiles[i].empty() || mode == MaskMode::kNone) continue;
     const DepthPlanes planes = MakeDepthPlanes(domain, *context->mesh, (*views)[i].camera);
     masks[i] = MakeWindowMasks(planes, options.window / 2, mode, options.mask.plane_px, min_taps);
-    if (band) near_steps[i] = NearSteps(planes, options.mask.plane_px, options.mask.band_px);
+    if (!band) continue;
+    near_steps[i] = NearSteps(planes, OpenBorderPixels(domain, *context->mesh, context->boundary),
+                              options.mask.plane_px, options.mask.band_px);
   }
   if (band) {
     std::vector<Camera> cameras;
@@ -268,7 +269,7 @@ void PhotometricEnergy::Shared::FreezeMasks() {
     clear_of_steps =
         WithoutSteps(*context->domains, cameras, *context->mesh, near_steps, options.mask.evidence);
   }
-  mask_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  mask_seconds = watch.Seconds();
 }
 
 double PhotometricEnergy::Shared::Evaluate(const std::vector<Eigen::Vector3d>& vertices,
@@ -276,7 +277,7 @@ double PhotometricEnergy::Shared::Evaluate(const std::vector<Eigen::Vector3d>& v
   CHECK(context != nullptr);
   const bool same = have_energy && positions == vertices;
   if (same && (have_derivatives || !derivatives)) return energy;
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   positions = vertices;
   windows = 0;
   const size_t face_count = context->mesh->faces.size();
@@ -298,7 +299,7 @@ double PhotometricEnergy::Shared::Evaluate(const std::vector<Eigen::Vector3d>& v
   have_derivatives = derivatives;
   linearized = false;
   ++evaluations;
-  seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  seconds += watch.Seconds();
   return energy;
 }
 
@@ -314,7 +315,6 @@ PhotometricEnergy::~PhotometricEnergy() = default;
 
 void PhotometricEnergy::BeginLevel(const std::vector<LevelView>& views) {
   shared_->views = &views;
-  ++shared_->levels_begun;
   shared_->BeginLevel();
 }
 

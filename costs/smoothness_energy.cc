@@ -11,11 +11,6 @@ void SmoothnessOptions::Describe(OptionSet* set) {
       "smooth.weight", &weight,
       "Weight of the squared Laplacian in mean edge lengths, against E_photo summed over pixels", 0,
       1e9);
-  set->Add(
-      "smooth.hidden", &hidden,
-      "Vertices that a pair saw in an earlier round and none sees now: smoothed like seen ones, "
-      "or keep their shape as those never seen do",
-      {"relax", "keep"});
 }
 
 Stencil SmoothnessEnergy::MakeStencil(int v) const {
@@ -27,11 +22,6 @@ Stencil SmoothnessEnergy::MakeStencil(int v) const {
                             context_->boundary);
   }
   return UmbrellaStencil(v, context_->neighbors, context_->boundary);
-}
-
-bool SmoothnessEnergy::KeepsShape(size_t v) const {
-  if (options_.hidden == "relax") return context_->was_supported[v] == 0;
-  return context_->supported[v] == 0;
 }
 
 void SmoothnessEnergy::AddResiduals(ceres::Problem* problem,
@@ -47,8 +37,8 @@ void SmoothnessEnergy::AddResiduals(ceres::Problem* problem,
     }
     edge_length /= context_->neighbors.Degree(static_cast<int>(v));
     if (!(edge_length > 0)) continue;
-    const Eigen::Vector3d target =
-        KeepsShape(v) ? Apply(stencil, *vertices) : Eigen::Vector3d::Zero().eval();
+    const Eigen::Vector3d target = context_->was_supported[v] != 0 ? Eigen::Vector3d::Zero().eval()
+                                                                   : Apply(stencil, *vertices);
     blocks.clear();
     for (int vertex : stencil.vertex) blocks.push_back((*vertices)[vertex].data());
     problem->AddResidualBlock(

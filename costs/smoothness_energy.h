@@ -5,11 +5,9 @@
 // |L V| is close to h^2/4 |Laplace(u)| for the umbrella, so that the sum is close to weight/32 times
 // the integral of |Laplace(u)|^2 over the surface: it has no unit and hardly depends on how finely the
 // mesh is cut (for the bi-Laplacian it does).
-// A vertex that no pair has ever seen keeps its shape instead (target L V at the start of the round):
-// what nobody sees follows its surroundings and neither shrinks nor flattens. One that a pair saw in
-// an earlier round and none sees now was moved out of sight by the refinement itself, into a fold
-// behind the silhouettes of what it bridged; its shape is no evidence and it is smoothed like the
-// rest (`hidden` = relax), so that folds draw together.
+// A vertex that no pair has seen, in this round or an earlier one, keeps its shape instead (target L V
+// at the start of the round): what nobody sees follows its surroundings and neither shrinks nor
+// flattens. (What was seen and no longer is: core/hidden_folds.h.)
 #pragma once
 
 #include <string>
@@ -24,7 +22,6 @@ namespace burin {
 struct SmoothnessOptions {
   std::string type = "umbrella";
   double weight = 60;
-  std::string hidden = "relax";  // or keep: vertices seen in an earlier round only
   void Describe(OptionSet* set);
 };
 
@@ -37,7 +34,6 @@ class SmoothnessEnergy : public EnergyTerm {
 
  private:
   Stencil MakeStencil(int v) const;
-  bool KeepsShape(size_t v) const;
   SmoothnessOptions options_;
   const RoundContext* context_ = nullptr;
 };

@@ -23,10 +23,12 @@ bool OffPlane(const DepthPlanes& planes, size_t from, size_t to, int dx, int dy,
   return predicted <= 0 || std::abs(predicted - tap) * centre >= limit * tap * predicted;
 }
 
-bool IsStep(const DepthPlanes& planes, size_t a, size_t b, int dx, int dy, double limit) {
+bool IsStep(const DepthPlanes& planes, const std::vector<uint8_t>& open_border, size_t a, size_t b,
+            int dx, int dy, double limit) {
   const bool has_a = planes.inverse_depth[a] > 0;
   const bool has_b = planes.inverse_depth[b] > 0;
-  if (!has_a || !has_b) return has_a != has_b;
+  if (has_a != has_b) return open_border.empty() || open_border[has_a ? a : b] == 0;
+  if (!has_a) return false;
   return OffPlane(planes, a, b, dx, dy, limit) && OffPlane(planes, b, a, -dx, -dy, limit);
 }
 
@@ -44,9 +46,7 @@ void RemoveNearSteps(const ViewDomain& domain, int i, const std::vector<Camera>&
   ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       const Eigen::RowVector3d row =
-          MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], rays)
-              .coefficients.colwise()
-              .sum();
+          MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], rays).InverseDepth();
       ForPixels(domain, k, [&](uint32_t p) {
         if (!near_steps[i].empty() && near_steps[i][p] != 0) {
           for (auto& plane : *bits) plane[p] = 0;
@@ -112,7 +112,19 @@ std::vector<char> WellSeen(const std::vector<ViewDomain>& domains, const Triangl
 
 }  // namespace
 
-std::vector<uint8_t> NearSteps(const DepthPlanes& planes, double plane_px, double band_px) {
+std::vector<uint8_t> OpenBorderPixels(const ViewDomain& domain, const TriangleMesh& mesh,
+                                      const std::vector<char>& boundary) {
+  std::vector<uint8_t> open(static_cast<size_t>(domain.width) * domain.height, 0);
+  for (size_t k = 0; k < domain.facet.size(); ++k) {
+    const Eigen::Vector3i& face = mesh.faces[domain.facet[k]];
+    if (boundary[face[0]] == 0 && boundary[face[1]] == 0 && boundary[face[2]] == 0) continue;
+    ForPixels(domain, static_cast<int>(k), [&](uint32_t p) { open[p] = 1; });
+  }
+  return open;
+}
+
+std::vector<uint8_t> NearSteps(const DepthPlanes& planes, const std::vector<uint8_t>& open_border,
+                               double plane_px, double band_px) {
   const int width = planes.width;
   const int height = planes.height;
   const double limit = plane_px / planes.focal;
@@ -121,10 +133,12 @@ std::vector<uint8_t> NearSteps(const DepthPlanes& planes, double plane_px, doubl
     for (int y = begin; y < end; ++y) {
       for (int x = 0; x < width; ++x) {
         const size_t p = static_cast<size_t>(y) * width + x;
-        const bool at_step = (x > 0 && IsStep(planes, p, p - 1, -1, 0, limit)) ||
-                             (x + 1 < width && IsStep(planes, p, p + 1, 1, 0, limit)) ||
-                             (y > 0 && IsStep(planes, p, p - width, 0, -1, limit)) ||
-                             (y + 1 < height && IsStep(planes, p, p + width, 0, 1, limit));
+        const auto step_to = [&](size_t q, int dx, int dy) {
+          return IsStep(planes, open_border, p, q, dx, dy, limit);
+        };
+        const bool at_step =
+            (x > 0 && step_to(p - 1, -1, 0)) || (x + 1 < width && step_to(p + 1, 1, 0)) ||
+            (y > 0 && step_to(p - width, 0, -1)) || (y + 1 < height && step_to(p + width, 0, 1));
         if (at_step) step(y, x) = 0;
       }
     }

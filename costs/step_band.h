@@ -31,8 +31,15 @@ using PartnerBits = std::vector<std::vector<uint8_t>>;
 
 // 1 for the pixels within `band_px` of a pixel of a step, row-major. Of two neighbours (side by
 // side or one above the other) both are of a step when neither's depth is within `plane_px` pixel
-// footprints of the plane of the other's facet, or when only one has a surface.
-std::vector<uint8_t> NearSteps(const DepthPlanes& planes, double plane_px, double band_px);
+// footprints of the plane of the other's facet, or when only one has a surface and that is not of
+// `open_border` (1 for such pixels; empty: none is).
+std::vector<uint8_t> NearSteps(const DepthPlanes& planes, const std::vector<uint8_t>& open_border,
+                               double plane_px, double band_px);
+
+// 1 for the pixels of facets at an open border of the mesh (`boundary`: its vertices), row-major:
+// where the mesh was cut, its end in the picture says nothing about the photographed surface.
+std::vector<uint8_t> OpenBorderPixels(const ViewDomain& domain, const TriangleMesh& mesh,
+                                      const std::vector<char>& boundary);
 
 // Omega_ij of every view without the pixels near a step, as above. near_steps[i] is NearSteps of
 // view i, or empty for a view whose depths are not known: it has no steps then.

@@ -25,14 +25,14 @@ WarpPicture MakeWarpPicture(const std::vector<LevelView>& views, int reference,
   double sum_ww = 0;
   double sum_iw = 0;
   for (size_t k = 0; k < domain.facet.size(); ++k) {
-    const FacetPencil pencil = MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], rays);
+    const Eigen::RowVector3d row =
+        MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], rays).InverseDepth();
     for (uint32_t m = domain.start[3 * k]; m < domain.start[3 * k + 3]; ++m) {
       const uint32_t p = domain.pixel[m];
       if (((domain.second_visible[partner / 8][p] >> (partner % 8)) & 1) == 0) continue;
       const int x = static_cast<int>(p) % domain.width;
       const int y = static_cast<int>(p) / domain.width;
-      const double inverse_depth =
-          (pencil.coefficients * Eigen::Vector3d(x + 0.5, y + 0.5, 1)).sum();
+      const double inverse_depth = row * Eigen::Vector3d(x + 0.5, y + 0.5, 1);
       const Eigen::Vector3d point =
           view.camera.Center() + view.camera.Ray(x + 0.5, y + 0.5) / inverse_depth;
       const Eigen::Vector2d q = second.camera.Project(point);

@@ -37,6 +37,7 @@ PhotometricOptions Options(int window, const std::string& mask, bool double_prec
   PhotometricOptions options;
   options.window = window;
   options.mask.mode = mask;
+  options.mask.band_px = 0;
   options.min_valid_share = 0.4;
   options.double_precision = double_precision;
   return options;
