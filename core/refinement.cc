@@ -71,7 +71,8 @@ void LevelOptions::Describe(OptionSet* set) {
   set->Add("level.finest", &finest, "Finest level used: 0 = full resolution, 1 = half, ...", 0, 11);
   set->Add("level.rounds", &rounds,
            "Rounds of freezing visibility and solving, on the finest level", 1, 1000);
-  set->Add("level.coarse_rounds", &coarse_rounds, "The same, on every coarser level", 1, 1000);
+  set->Add("level.extra_rounds", &extra_rounds,
+           "Rounds more on every level than on the next finer one", 0, 1000);
   set->Add("level.coarse_tolerance", &coarse_tolerance,
            "solver.function_tolerance on every coarser level", 0, 1);
   set->Add("level.max_facet_px", &max_facet_px,
@@ -122,7 +123,7 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
   const int last = options.level.finest;
   const int first = CoarsestLevel(scene, options.level);
   const auto rounds_of = [&](int level) {
-    return level > last ? options.level.coarse_rounds : options.level.rounds;
+    return options.level.rounds + (level - last) * options.level.extra_rounds;
   };
   for (int level = first; level >= last; --level) {
     work_total += rounds_of(level) * std::ldexp(1.0, -2 * level);

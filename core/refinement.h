@@ -30,11 +30,11 @@
 namespace burin {
 
 struct LevelOptions {
-  int count = 4;                   // images at 2^-(count-1), ..., 1/2, 1 of their size
+  int count = 5;                   // images at 2^-(count-1), ..., 1/2, 1 of their size
   int min_side_px = 64;            // coarser levels with smaller images than this are not used
   int finest = 0;                  // 0 = full resolution, 1 = half, ...
   int rounds = 2;                  // on the finest level
-  int coarse_rounds = 4;           // on each of the others
+  int extra_rounds = 2;            // more on every level than on the next finer one
   double coarse_tolerance = 1e-4;  // solver.function_tolerance on the others
   double max_facet_px = 16;        // facets are split down to this area, square pixels of the level
   double max_edge_px = 12;         // and edges to this length, pixel footprints of the level

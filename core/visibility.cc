@@ -172,16 +172,17 @@ void RayCaster::Impl::BuildPixelLists(const Camera& camera, const cv::Mat1i& fac
 }
 
 bool RayCaster::Impl::SeenAround(const cv::Mat1i& facet_map, double x, double y, int facet) const {
-  const int column = static_cast<int>(std::floor(x - 0.5));
-  const int row = static_cast<int>(std::floor(y - 0.5));
-  if (column < 0 || row < 0 || column + 1 >= facet_map.cols || row + 1 >= facet_map.rows) {
-    return false;
-  }
+  if (x < 0.5 || y < 0.5) return false;
+  const int column = static_cast<int>(x - 0.5);
+  const int row = static_cast<int>(y - 0.5);
+  if (column + 1 >= facet_map.cols || row + 1 >= facet_map.rows) return false;
   const int* above = facet_map[row] + column;
   const int* below = facet_map[row + 1] + column;
+  int neighbor = facet;  // the last one looked up
   for (const int seen : {above[0], above[1], below[0], below[1]}) {
-    if (seen == facet) continue;
+    if (seen == facet || seen == neighbor) continue;
     if (seen < 0 || !ShareVertex(mesh.faces[seen], mesh.faces[facet])) return false;
+    neighbor = seen;
   }
   return true;
 }

@@ -206,14 +206,18 @@ struct PhotometricEnergy::State : public PhotometricEnergy::Shared {
     const FacetPencil& pencil = pencils[k];
     const Eigen::Matrix3d& u = pencil.coefficients;
     const double scale = -1 / pencil.offset;
+    const double width = domain.width;
+    const double rows_per_pixel = 1 / width;
     for (int corner = 0; corner < 3; ++corner) {
       CornerSums local;
       for (uint32_t n = domain.start[3 * k + corner]; n < domain.start[3 * k + corner + 1]; ++n) {
         const uint32_t p = domain.pixel[n];
         local.cost += fields.cost[p];
         if (!derivatives) continue;
-        const double x = p % domain.width + 0.5;
-        const double y = static_cast<double>(p / domain.width) + 0.5;
+        // Row and column without integer divisions; the half keeps the quotient off whole numbers.
+        const int row = static_cast<int>((p + 0.5) * rows_per_pixel);
+        const double x = p - row * width + 0.5;
+        const double y = row + 0.5;
         const double u0 = scale * (u(0, 0) * x + u(0, 1) * y + u(0, 2));
         const double u1 = scale * (u(1, 0) * x + u(1, 1) * y + u(1, 2));
         const double u2 = scale * (u(2, 0) * x + u(2, 1) * y + u(2, 2));

@@ -103,8 +103,8 @@ class CompareTest : public ProgramTest {
                                           In("out"),
                                           "--level.rounds",
                                           "1",
-                                          "--level.coarse_rounds",
-                                          "1",
+                                          "--level.extra_rounds",
+                                          "0",
                                           "--level.min_side_px",
                                           "1",
                                           "--solver.max_iterations",
@@ -246,7 +246,7 @@ TEST_F(CompareTest, WholeRunsAreThoseOfRefine) {
     ASSERT_EQ(entry["strategy"], names[k]);
     const Outcome refine =
         Run({"refine", In("scene"), "--mesh", In("scene/init.ply"), "--output", In(names[k]),
-             "--level.rounds", "1", "--level.coarse_rounds", "1", "--level.min_side_px", "1",
+             "--level.rounds", "1", "--level.extra_rounds", "0", "--level.min_side_px", "1",
              "--solver.max_iterations", "4", "--level.count", "2", "--solver.type", names[k]});
     ASSERT_EQ(refine.exit_code, 0) << refine.err;
     const nlohmann::json summary = nlohmann::json::parse(ReadAll(In(names[k] + "/summary.json")));

@@ -139,7 +139,7 @@ TEST(MemoryEstimate, ALimitBelowTheEstimateIsAnErrorThatSaysWhatFits) {
     FAIL();
   } catch (const MemoryLimitError& error) {
     EXPECT_THAT(error.what(), HasSubstr("memory.limit_gb"));
-    EXPECT_THAT(error.what(), HasSubstr("--level.finest 1 --level.count 3 ("));
+    EXPECT_THAT(error.what(), HasSubstr("--level.finest 1 --level.count 4 ("));
     EXPECT_THAT(error.what(), HasSubstr("--level.max_facet_px 32 ("));
   }
   // What it offers is accepted.

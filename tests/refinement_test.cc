@@ -62,7 +62,8 @@ TEST(Refinement, EveryStrategyLowersEnergyAndError) {
 TEST(Refinement, FrozenRoundsCanBeTriedAgain) {
   PipelineOptions options;
   options.refinement.level.count = 2;
-  options.refinement.level.rounds = options.refinement.level.coarse_rounds = 1;
+  options.refinement.level.rounds = 1;
+  options.refinement.level.extra_rounds = 0;
   options.refinement.solver.max_iterations = 4;
   options.refinement.solver.type = "lm_cgnr";
   const TriangleMesh alone = RunPipeline(Relief().scene, Relief().init, options).mesh;
@@ -116,7 +117,7 @@ TEST(Refinement, FreeMotionWorksToo) {
 TEST(Refinement, CoarseLevelsHaveTheirOwnRoundsAndTolerance) {
   PipelineOptions options;
   options.refinement.level.count = 2;
-  options.refinement.level.coarse_rounds = 3;
+  options.refinement.level.extra_rounds = 2;
   options.refinement.level.rounds = 1;
   options.refinement.level.coarse_tolerance = 1;  // met by any step
   options.refinement.solver.function_tolerance = 1e-4;
@@ -133,7 +134,8 @@ TEST(Refinement, CoarseLevelsHaveTheirOwnRoundsAndTolerance) {
 TEST(Refinement, ImagesBelowTheSmallestSideMakeNoLevel) {
   PipelineOptions options;  // 240 x 180, 120 x 90, 60 x 45, 30 x 22.5
   options.refinement.level.count = 6;
-  options.refinement.level.rounds = options.refinement.level.coarse_rounds = 1;
+  options.refinement.level.rounds = 1;
+  options.refinement.level.extra_rounds = 0;
   options.refinement.solver.max_iterations = 1;
   for (const auto& [side, levels] : {std::pair{45, 3U}, {46, 2U}, {181, 1U}}) {
     options.refinement.level.min_side_px = side;
