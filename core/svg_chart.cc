@@ -13,7 +13,7 @@ namespace {
 // Of the page, in SVG units (pixels at normal size).
 constexpr double kPanelWidth = 520;
 constexpr double kPanelHeight = 330;
-constexpr double kLeft = 74;  // of a panel, to its frame
+constexpr double kLeft = 92;  // of a panel, to its frame: a label and ticks such as 1.68e+06
 constexpr double kRight = 16;
 constexpr double kTop = 14;
 constexpr double kBottom = 50;
