@@ -102,7 +102,8 @@ bool NormalEquations::EvaluateResiduals(int index, Wanted wanted) {
     column += moving.tangent_size;
   }
 
-  // J^T J by outer products of rows, leaving out the zeros of triangular Jacobians.
+  // The upper triangle of J^T J by outer products of rows, without the leading zeros of triangular
+  // Jacobians.
   double* gradient = &buffer_[block.first_value];
   double* matrix = gradient + columns;
   std::fill(gradient, gradient + columns, 0.0);
@@ -117,7 +118,7 @@ bool NormalEquations::EvaluateResiduals(int index, Wanted wanted) {
     if (wanted != Wanted::kMatrix) continue;
     for (int i = begin; i < columns; ++i) {
       double* target = matrix + static_cast<size_t>(i) * columns;
-      for (int j = begin; j < columns; ++j) target[j] += row[i] * row[j];
+      for (int j = i; j < columns; ++j) target[j] += row[i] * row[j];
     }
   }
   return true;
@@ -139,7 +140,7 @@ void NormalEquations::AddRows(const RowTask& task, Wanted wanted, Eigen::VectorX
     const double* local = local_gradient + block.unknowns;
     for (int i = 0; i < height; ++i) gradient_rows[i] += local_gradient[row + i];
     if (wanted != Wanted::kMatrix) continue;
-    const double* local_rows = local + static_cast<ptrdiff_t>(row) * block.unknowns;
+    const ptrdiff_t stride = block.unknowns;
     int column = 0;
     for (int p = 0; p < count; ++p) {
       const int other = parameters[p].block;
@@ -147,13 +148,13 @@ void NormalEquations::AddRows(const RowTask& task, Wanted wanted, Eigen::VectorX
       const int width = blocks_[other].tangent_size;
       if (other <= task.block) {
         const int offset = slots_[slot++];
-        if (height == 1 && width == 1) {
-          values[row_start[0] + offset] += local_rows[column];
-        } else {
-          for (int i = 0; i < height; ++i) {
-            double* target = values + row_start[i] + offset;
-            const double* source = local_rows + static_cast<ptrdiff_t>(i) * block.unknowns + column;
-            for (int j = 0; j < width; ++j) target[j] += source[j];
+        for (int i = 0; i < height; ++i) {
+          double* target = values + row_start[i] + offset;
+          for (int j = 0; j < width; ++j) {
+            // `local` is an upper triangle.
+            const int low = std::min(row + i, column + j);
+            const int high = std::max(row + i, column + j);
+            target[j] += local[low * stride + high];
           }
         }
       }
