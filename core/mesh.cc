@@ -2,48 +2,70 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
-#include <utility>
+
+#include "core/parallel.h"
 
 namespace burin {
 namespace {
 
-// Builds compressed rows from (row, value) pairs, sorted and without repeats.
-Adjacency RowsFromPairs(std::vector<std::pair<int, int>> pairs, int row_count) {
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  Adjacency rows;
-  rows.start.assign(row_count + 1, 0);
-  rows.index.reserve(pairs.size());
-  for (const auto& [row, value] : pairs) {
-    ++rows.start[row + 1];
-    rows.index.push_back(value);
+constexpr int kVertexGrain = 2048;
+
+// The vertices that the edges at v lead to, ascending, once for every face at the edge.
+void EdgeEnds(const TriangleMesh& mesh, const Adjacency& faces, int v, std::vector<int>* ends) {
+  ends->clear();
+  for (const int* f = faces.Begin(v); f != faces.End(v); ++f) {
+    for (const int w : mesh.faces[*f]) {
+      if (w != v) ends->push_back(w);
+    }
   }
-  for (int r = 0; r < row_count; ++r) rows.start[r + 1] += rows.start[r];
-  return rows;
+  std::sort(ends->begin(), ends->end());
 }
 
 }  // namespace
 
 Adjacency VertexNeighbors(const TriangleMesh& mesh) {
-  std::vector<std::pair<int, int>> pairs;
-  pairs.reserve(mesh.faces.size() * 6);
-  for (const Eigen::Vector3i& face : mesh.faces) {
-    for (int c = 0; c < 3; ++c) {
-      pairs.emplace_back(face[c], face[(c + 1) % 3]);
-      pairs.emplace_back(face[(c + 1) % 3], face[c]);
+  const int count = static_cast<int>(mesh.vertices.size());
+  const Adjacency faces = VertexFaces(mesh);
+  std::vector<int> ends_of(2 * faces.index.size());  // from 2 * faces.start[v] on
+  Adjacency neighbors;
+  neighbors.start.assign(count + 1, 0);
+  ParallelFor(count, kVertexGrain, [&](int begin, int end) {
+    std::vector<int> ends;
+    for (int v = begin; v < end; ++v) {
+      EdgeEnds(mesh, faces, v, &ends);
+      const auto last = std::unique(ends.begin(), ends.end());
+      std::copy(ends.begin(), last, ends_of.begin() + 2 * static_cast<long>(faces.start[v]));
+      neighbors.start[v + 1] = static_cast<int>(last - ends.begin());
     }
-  }
-  return RowsFromPairs(std::move(pairs), static_cast<int>(mesh.vertices.size()));
+  });
+  for (int v = 0; v < count; ++v) neighbors.start[v + 1] += neighbors.start[v];
+  neighbors.index.resize(neighbors.start[count]);
+  ParallelFor(count, kVertexGrain, [&](int begin, int end) {
+    for (int v = begin; v < end; ++v) {
+      std::copy_n(ends_of.begin() + 2 * static_cast<long>(faces.start[v]), neighbors.Degree(v),
+                  neighbors.index.begin() + neighbors.start[v]);
+    }
+  });
+  return neighbors;
 }
 
 Adjacency VertexFaces(const TriangleMesh& mesh) {
-  std::vector<std::pair<int, int>> pairs;
-  pairs.reserve(mesh.faces.size() * 3);
-  for (size_t f = 0; f < mesh.faces.size(); ++f) {
-    for (int c = 0; c < 3; ++c) pairs.emplace_back(mesh.faces[f][c], static_cast<int>(f));
-  }
-  return RowsFromPairs(std::move(pairs), static_cast<int>(mesh.vertices.size()));
+  const auto for_corners = [&mesh](const auto& visit) {
+    for (size_t f = 0; f < mesh.faces.size(); ++f) {
+      const Eigen::Vector3i& face = mesh.faces[f];
+      visit(face[0], static_cast<int>(f));
+      if (face[1] != face[0]) visit(face[1], static_cast<int>(f));
+      if (face[2] != face[0] && face[2] != face[1]) visit(face[2], static_cast<int>(f));
+    }
+  };
+  Adjacency faces;
+  faces.start.assign(mesh.vertices.size() + 1, 0);
+  for_corners([&](int v, int) { ++faces.start[v + 1]; });
+  for (size_t v = 0; v < mesh.vertices.size(); ++v) faces.start[v + 1] += faces.start[v];
+  faces.index.resize(faces.start.back());
+  std::vector<int> next(faces.start.begin(), faces.start.end() - 1);
+  for_corners([&](int v, int f) { faces.index[next[v]++] = f; });
+  return faces;
 }
 
 Eigen::Vector3d FaceAreaNormal(const TriangleMesh& mesh, int face) {
@@ -66,23 +88,21 @@ std::vector<Eigen::Vector3d> VertexNormals(const TriangleMesh& mesh) {
 }
 
 std::vector<char> BoundaryVertices(const TriangleMesh& mesh) {
-  std::vector<std::array<int, 2>> edges;
-  edges.reserve(mesh.faces.size() * 3);
-  for (const Eigen::Vector3i& face : mesh.faces) {
-    for (int c = 0; c < 3; ++c) {
-      const int a = face[c];
-      const int b = face[(c + 1) % 3];
-      edges.push_back({std::min(a, b), std::max(a, b)});
+  const int count = static_cast<int>(mesh.vertices.size());
+  const Adjacency faces = VertexFaces(mesh);
+  std::vector<char> on_boundary(count, 0);
+  ParallelFor(count, kVertexGrain, [&](int begin, int end) {
+    std::vector<int> ends;
+    for (int v = begin; v < end; ++v) {
+      EdgeEnds(mesh, faces, v, &ends);
+      for (size_t k = 0; k < ends.size() && on_boundary[v] == 0;) {
+        size_t next = k + 1;
+        while (next < ends.size() && ends[next] == ends[k]) ++next;
+        if (next - k == 1) on_boundary[v] = 1;
+        k = next;
+      }
     }
-  }
-  std::sort(edges.begin(), edges.end());
-  std::vector<char> on_boundary(mesh.vertices.size(), 0);
-  for (size_t e = 0; e < edges.size();) {
-    size_t end = e + 1;
-    while (end < edges.size() && edges[end] == edges[e]) ++end;
-    if (end - e == 1) on_boundary[edges[e][0]] = on_boundary[edges[e][1]] = 1;
-    e = end;
-  }
+  });
   return on_boundary;
 }
 

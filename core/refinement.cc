@@ -163,7 +163,6 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
     SolverOptions solver = options.solver;
     if (level > last) solver.function_tolerance = options.level.coarse_tolerance;
     for (int r = 0; r < rounds_of(level) && !stopped; ++r) {
-      ReturnFreeMemory();
       RoundSummary round_summary;
       round_summary.round = r;
       Stopwatch visibility_watch;

@@ -5,7 +5,7 @@
 // the mesh's bounding box and footprint the median over vertices of the smallest pixel footprint at
 // full resolution. One unit is about one pixel, so no tolerance, step or weight has a scale.
 //
-// Coarse levels get more rounds and a finer tolerance than the finest. What is many pixels off - a
+// Every level gets more rounds than the next finer one, and a finer tolerance than the finest. What is many pixels off - a
 // facet that bridges a depth step, a niche that the initial mesh covers - can only move there,
 // within the few pixels over which windows correlate, and moves far only when visibility is frozen
 // anew on the way; the rest of the mesh has converged by then and the sum's relative tolerance no

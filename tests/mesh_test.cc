@@ -2,6 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <map>
+#include <random>
+#include <set>
+#include <utility>
+
 namespace burin {
 namespace {
 
@@ -43,6 +49,45 @@ TEST(Mesh, OnlyOpenSurfacesHaveBoundary) {
   const auto boundary = BoundaryVertices(mesh);
   EXPECT_TRUE(boundary[0] && boundary[2] && boundary[3]);
   EXPECT_FALSE(boundary[1]);
+}
+
+// Open, branching and irregular.
+TEST(Mesh, NeighbourhoodsAreThoseCountedOneByOne) {
+  TriangleMesh mesh;
+  mesh.vertices.resize(5000, Eigen::Vector3d::Zero());  // several grains of the parallel loop
+  std::mt19937 random(7);
+  for (int f = 0; f < 9000; ++f) {
+    const int a = static_cast<int>(random() % 4990);
+    mesh.faces.emplace_back(a, a + 1 + static_cast<int>(random() % 3),
+                            a + 4 + static_cast<int>(random() % 3));
+  }
+  std::vector<std::set<int>> neighbors(mesh.vertices.size());
+  std::vector<std::set<int>> faces(mesh.vertices.size());
+  std::map<std::pair<int, int>, int> edges;
+  for (size_t f = 0; f < mesh.faces.size(); ++f) {
+    for (int c = 0; c < 3; ++c) {
+      const int a = mesh.faces[f][c];
+      const int b = mesh.faces[f][(c + 1) % 3];
+      faces[a].insert(static_cast<int>(f));
+      neighbors[a].insert(b);
+      neighbors[b].insert(a);
+      ++edges[std::minmax(a, b)];
+    }
+  }
+  std::vector<char> boundary(mesh.vertices.size(), 0);
+  for (const auto& [edge, count] : edges) {
+    if (count == 1) boundary[edge.first] = boundary[edge.second] = 1;
+  }
+  const Adjacency vertex_neighbors = VertexNeighbors(mesh);
+  const Adjacency vertex_faces = VertexFaces(mesh);
+  for (int v = 0; v < static_cast<int>(mesh.vertices.size()); ++v) {
+    EXPECT_EQ(std::vector<int>(vertex_neighbors.Begin(v), vertex_neighbors.End(v)),
+              std::vector<int>(neighbors[v].begin(), neighbors[v].end()));
+    EXPECT_EQ(std::vector<int>(vertex_faces.Begin(v), vertex_faces.End(v)),
+              std::vector<int>(faces[v].begin(), faces[v].end()));
+  }
+  EXPECT_EQ(BoundaryVertices(mesh), boundary);
+  EXPECT_GT(std::count(boundary.begin(), boundary.end(), 0), 10);
 }
 
 }  // namespace
