@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <sstream>
 
 #include "core/evaluation_report.h"
@@ -108,6 +109,20 @@ ChartPage Page(const Comparison& comparison, const Wanted& wanted) {
   return page;
 }
 
+// A strategy that rises far above the start that all share would flatten the others' curves.
+void CutFarAboveTheStart(ChartPanel* panel) {
+  double start = std::numeric_limits<double>::quiet_NaN();
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const ChartSeries& series : panel->series) {
+    for (const double y : series.y) {
+      if (!std::isfinite(y)) continue;
+      if (!std::isfinite(start)) start = y;
+      lowest = std::min(lowest, y);
+    }
+  }
+  if (lowest < start) panel->max_y = start + 0.5 * (start - lowest);
+}
+
 ChartPage RoundPage(const Comparison& comparison, const ComparedRound& round) {
   ChartPage page = Page(comparison, [&](const ComparisonRow& row) {
     return row.level == round.level && row.round == round.round;
@@ -118,6 +133,7 @@ ChartPage RoundPage(const Comparison& comparison, const ComparedRound& round) {
   page.subtitle = std::to_string(round.faces) + " faces, " + std::to_string(round.unknowns) +
                   " unknowns, " + std::to_string(comparison.selection.pairs.size()) +
                   " pairs; the same vertices at the start; a mark an iteration";
+  for (ChartPanel& panel : page.panels) CutFarAboveTheStart(&panel);
   return page;
 }
 

@@ -105,6 +105,7 @@ void FitAxes(const ChartPanel& panel, Axis* x, Axis* y) {
     }
   }
   for (Axis* axis : {x, y}) {
+    if (axis == y && y->Shows(panel.max_y)) y->high = std::min(y->high, y->Raw(panel.max_y));
     if (!(axis->low <= axis->high)) {
       axis->low = 0;  // nothing to show
       axis->high = 1;
@@ -171,6 +172,10 @@ std::string PanelText(const ChartPanel& panel, double left, double top) {
   svg += Text(label_x, label_y, panel.y_label,
               "text-anchor=\"middle\" transform=\"rotate(-90 " + Number(label_x) + " " +
                   Number(label_y) + ")\"");
+  const std::string clip = "panel-" + Number(left) + "-" + Number(top);
+  svg += "<clipPath id=\"" + clip + "\"><rect x=\"" + Number(x.from) + "\" y=\"" + Number(y.to) +
+         "\" width=\"" + Number(x.to - x.from) + "\" height=\"" + Number(y.from - y.to) +
+         "\"/></clipPath>\n<g clip-path=\"url(#" + clip + ")\">\n";
   for (const ChartSeries& series : panel.series) {
     std::string points;
     std::string markers;
@@ -183,7 +188,7 @@ std::string PanelText(const ChartPanel& panel, double left, double top) {
     if (points.empty()) continue;
     svg += "<polyline points=\"" + points + "\" " + Stroke(series.style) + "/>\n" + markers;
   }
-  return svg;
+  return svg + "</g>\n";
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // few curves needs no library; the same input gives the same bytes.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,8 @@ struct ChartPanel {
   std::string y_label;
   bool log_x = false;
   bool log_y = false;
+  // Where the frame ends; curves that rise above it leave through its top.
+  double max_y = std::numeric_limits<double>::infinity();
   std::vector<ChartSeries> series;
 };
 

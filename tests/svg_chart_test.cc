@@ -62,6 +62,22 @@ TEST(SvgChart, PointsOutsideAnAxisAreLeftOutAndTextIsEscaped) {
 }
 
 // A curve of one value, or none, has axes all the same.
+TEST(SvgChart, CurvesAboveTheFrameAreCutOff) {
+  ChartPage page;
+  page.names = {"falls", "explodes"};
+  ChartPanel panel;
+  panel.series = {{0, {0, 1}, {1, 0.5}}, {1, {0, 1}, {1, 100}}};
+  page.panels = {panel};
+  EXPECT_THAT(SvgText(page), HasSubstr(">100</text>"));
+  page.panels[0].max_y = 1.25;
+  const std::string svg = SvgText(page);
+  EXPECT_THAT(svg, Not(HasSubstr(">100</text>")));
+  EXPECT_THAT(svg, HasSubstr(">0.6</text>"));
+  EXPECT_EQ(Count(svg, "<polyline"), 2);
+  EXPECT_EQ(Count(svg, "<clipPath"), 1);
+  EXPECT_EQ(Count(svg, "clip-path=\"url(#panel-"), 1);
+}
+
 TEST(SvgChart, DegenerateRangesAreShown) {
   for (const double value : {0.0, 5.0, -3e8, 1e-12}) {
     ChartPage page;
