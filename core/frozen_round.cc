@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -36,14 +37,16 @@ class CallbackFanOut : public ceres::EvaluationCallback {
   std::vector<ceres::EvaluationCallback*> callbacks_;
 };
 
-// Of one residual block at the parameter blocks' current values.
+// Of one residual block, NaN where it fails, at the parameter blocks' current values.
 double BlockEnergy(const ceres::Problem& problem, ceres::ResidualBlockId id) {
   static thread_local std::vector<double*> values;
   static thread_local std::vector<double> residuals;
   const ceres::CostFunction* cost = problem.GetCostFunctionForResidualBlock(id);
   problem.GetParameterBlocksForResidualBlock(id, &values);
   residuals.resize(cost->num_residuals());
-  cost->Evaluate(values.data(), residuals.data(), nullptr);
+  if (!cost->Evaluate(values.data(), residuals.data(), nullptr)) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
   double squared = 0;
   for (const double residual : residuals) squared += residual * residual;
   const ceres::LossFunction* loss = problem.GetLossFunctionForResidualBlock(id);
