@@ -237,7 +237,7 @@ std::string ComparisonTable(const Comparison& comparison) {
     width = std::max(width, strategy.name.size());
   }
   std::string table = "strategy" + std::string(width - 8, ' ') +
-                      "     energy, last round        RMSE    seconds  iterations  evaluations" +
+                      "          energy, last round        RMSE    seconds  iterations  evaluations" +
                       (frozen ? "  of best reduction" : "") + "\n";
   for (const ComparedStrategy& strategy : comparison.strategies) {
     const StrategyTotals totals = TotalsOf(comparison, strategy);
@@ -245,7 +245,7 @@ std::string ComparisonTable(const Comparison& comparison) {
     if (totals.status != "refused" && totals.status != "failed") {
       table += Padded(Formatted("%.6g", totals.energy_initial) + " -> " +
                           Formatted("%.6g", totals.energy_final),
-                      23) +
+                      28) +
                Padded(Formatted("%.4g", totals.rmse), 12) +
                Padded(Formatted("%.2f", totals.seconds), 11) +
                Padded(std::to_string(totals.iterations), 12) +
