@@ -120,7 +120,9 @@ void CutFarAboveTheStart(ChartPanel* panel) {
       lowest = std::min(lowest, y);
     }
   }
-  if (lowest < start) panel->max_y = start + 0.5 * (start - lowest);
+  if (!(lowest < start)) return;
+  panel->max_y = start + 0.5 * (start - lowest);
+  if (panel->max_y < kLogFrom * lowest) panel->log_y = false;
 }
 
 ChartPage RoundPage(const Comparison& comparison, const ComparedRound& round) {
@@ -236,9 +238,10 @@ std::string ComparisonTable(const Comparison& comparison) {
   for (const ComparedStrategy& strategy : comparison.strategies) {
     width = std::max(width, strategy.name.size());
   }
-  std::string table = "strategy" + std::string(width - 8, ' ') +
-                      "          energy, last round        RMSE    seconds  iterations  evaluations" +
-                      (frozen ? "  of best reduction" : "") + "\n";
+  std::string table =
+      "strategy" + std::string(width - 8, ' ') +
+      "          energy, last round        RMSE    seconds  iterations  evaluations" +
+      (frozen ? "  of best reduction" : "") + "\n";
   for (const ComparedStrategy& strategy : comparison.strategies) {
     const StrategyTotals totals = TotalsOf(comparison, strategy);
     table += strategy.name + std::string(width - strategy.name.size(), ' ');
