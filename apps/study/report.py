@@ -160,8 +160,7 @@ def write_report(output: Path) -> None:
     names = [what["name"] for what in plan["variants"].values()]
     color = charts.colors(names)
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(HERE), autoescape=True,
-                                     undefined=jinja2.StrictUndefined, trim_blocks=True,
-                                     lstrip_blocks=True)
+                                     trim_blocks=True, lstrip_blocks=True)
     first = [key for key, instance in plan["instances"].items() if instance["first"]]
     seeds = {key: sum(one["scene"] == plan["instances"][key]["scene"]
                       for one in plan["instances"].values()) for key in first}

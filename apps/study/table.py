@@ -1,6 +1,5 @@
 """Collects the records of a study's jobs into runs.csv, summary.csv, ranks.csv and results.json."""
 
-import csv
 import json
 import math
 from pathlib import Path
@@ -105,7 +104,7 @@ def write_tables(output: Path) -> None:
     summary.index.name = "variant"
     table = ranks(errors)
     table.index.names = ["scene", "measure"]
-    write_if_changed(output / "runs.csv", runs.to_csv(index=False, quoting=csv.QUOTE_MINIMAL))
+    write_if_changed(output / "runs.csv", runs.convert_dtypes().to_csv(index=False))
     write_if_changed(output / "summary.csv", summary.to_csv())
     write_if_changed(output / "ranks.csv", table.to_csv())
     write_json(output / "results.json", {
