@@ -68,6 +68,7 @@ int ParseAndRun(int argc, const char* const* argv) {
   AddCompareCommand(&app);
   AddSynthCommand(&app);
   AddEvaluateCommand(&app);
+  AddPictureCommand(&app);
   AddSolversCommand(&app);
   AddOptionsCommand(&app);
   try {

@@ -16,6 +16,10 @@ void AddSynthCommand(CLI::App* program);
 // burin evaluate --mesh M.ply --truth T.ply: the scores of a mesh, as text or as JSON.
 void AddEvaluateCommand(CLI::App* program);
 
+// burin picture SCENE_DIR --mesh M.ply --truth T.ply --output FILE: the mesh, shaded and in the
+// colours of its errors, from one view.
+void AddPictureCommand(CLI::App* program);
+
 // burin refine SCENE_DIR --mesh M.ply --output DIR: refined.ply, summary.json and trace.csv.
 void AddRefineCommand(CLI::App* program);
 

@@ -54,7 +54,8 @@ std::string EscapedForTable(const std::string& text) {
 }  // namespace
 
 void BindOptions(OptionSet* set, CLI::App* app,
-                 const std::map<std::string, std::string>& short_flags) {
+                 const std::map<std::string, std::string>& short_flags,
+                 const std::function<void()>& check) {
   // CLI11 runs the callbacks of the options that were given in the order in which the options were
   // added, not in that of the command line: --config first, --print-config last.
   app->add_option_function<std::vector<std::string>>(
@@ -87,8 +88,9 @@ void BindOptions(OptionSet* set, CLI::App* app,
 
   app->add_flag_callback(
       "--print-config",
-      [set, app] {
+      [set, app, check] {
         if (app->remaining_size() > 0) throw CLI::ExtrasError(app->remaining());
+        if (check) check();
         std::cout << ConfigText(*set) << std::flush;
         throw CLI::Success();
       },

@@ -151,7 +151,7 @@ void AddRefineCommand(CLI::App* program) {
   app->add_flag("--debug.images", command->debug_images,
                 "also write debug/: per level and view, the taps its windows keep and its first "
                 "pair's errors with and without masks");
-  BindOptions(&command->set, app);
+  BindOptions(&command->set, app, {}, [command] { command->options.Check(); });
   app->callback([command] { command->Run(); });
 }
 

@@ -28,7 +28,8 @@ TEST_F(CliTest, HelpAndVersionSucceed) {
   const Outcome help = Run({"--help"});
   EXPECT_EQ(help.exit_code, 0);
   for (const char* command :
-       {"demo", "refine", "compare-solvers", "select", "synth", "evaluate", "solvers", "options"}) {
+       {"demo", "refine", "compare-solvers", "select", "synth", "evaluate", "picture", "solvers",
+        "options"}) {
     EXPECT_THAT(help.out, HasSubstr(command));
     const Outcome outcome = Run({command, "--help"});
     EXPECT_EQ(outcome.exit_code, 0) << command;

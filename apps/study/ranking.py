@@ -1,0 +1,27 @@
+"""The two figures by which the ablation of Romanoni & Matteucci, "Mesh-based Camera
+Pairs Selection and Occlusion-Aware Masking for Mesh Refinement", compares methods.
+
+Both take a table of errors with a row for each error measure of each scene (there: accuracy and
+completeness, mean and median, of 12 scenes) and a column for each method. A method without a value
+in some row (it failed there) has no average, and no rank in that row.
+"""
+
+import pandas
+
+# The rows that a scene contributes.
+ERROR_MEASURES = ("accuracy_mean", "accuracy_median", "completeness_mean", "completeness_median")
+
+
+def ranks(errors: pandas.DataFrame) -> pandas.DataFrame:
+    """The rank of each method in each row, 1 = smallest error; ties take the minimum rank."""
+    return errors.rank(axis="columns", method="min")
+
+
+def average_rank(errors: pandas.DataFrame) -> pandas.Series:
+    """Average Position: of each method, the mean of its ranks over the rows."""
+    return ranks(errors).mean(skipna=False)
+
+
+def average_error(errors: pandas.DataFrame) -> pandas.Series:
+    """Average Error Value: of each method, the mean of its errors over the rows."""
+    return errors.mean(skipna=False)

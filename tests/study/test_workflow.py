@@ -1,0 +1,108 @@
+"""A tiny study from its file to its tables: failures, repeating, going on after a kill."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+from conftest import REFUSED, TINY, run_study, study_command, write
+
+Finished = tuple[Path, subprocess.CompletedProcess]
+
+
+def runs_of(output: Path) -> list[dict]:
+    return json.loads((output / "results.json").read_text())["runs"]
+
+
+def scores(output: Path) -> list[list]:
+    """All that must be the same when a study is run again: everything but times and memory."""
+    changing = {"refine_seconds", "total_seconds", "memory_mib"}
+    return [[row[key] for key in row if key not in changing] for row in runs_of(output)]
+
+
+def records(output: Path) -> dict[str, int]:
+    return {str(path.relative_to(output)): path.stat().st_mtime_ns
+            for path in sorted(output.glob("*s/**/*.json")) if path.name in
+            ("scene.json", "select.json", "refine.json", "evaluate.json")}
+
+
+def test_a_variant_that_fails_is_a_row_and_the_exit_code(finished: Finished) -> None:
+    output, done = finished
+    assert done.returncode == 1, done.stderr
+    lines = [line for line in done.stderr.splitlines() if line.startswith("study: ")]
+    assert lines[0].startswith("study: failed: runs/relief-seed1/refused: refine: "), done.stderr
+    assert "memory.limit_gb" in lines[0]
+    assert lines[1] == "study: 1 of 4 rows failed"
+    by_name = {row["variant"]: row for row in runs_of(output)}
+    assert list(by_name) == ["initial mesh", "weak", "strong", "refused"]
+    assert by_name["refused"]["failed"].startswith("refine: ")
+    assert by_name["refused"]["accuracy_mean"] is None or "accuracy_mean" not in by_name["refused"]
+    assert by_name["weak"]["failed"] is None
+    assert by_name["weak"]["accuracy_mean"] < by_name["initial mesh"]["accuracy_mean"]
+    assert (output / "report.html").is_file()
+
+
+def test_tables_say_the_same(finished: Finished) -> None:
+    output, _ = finished
+    with open(output / "runs.csv", encoding="utf-8", newline="") as file:
+        rows = {row["variant"]: row for row in csv.DictReader(file)}
+    for row in runs_of(output):
+        if not row["failed"]:
+            assert float(rows[row["variant"]]["accuracy_mean"]) == row["accuracy_mean"]
+    summary = {row["variant"]: row
+               for row in json.loads((output / "results.json").read_text())["summary"]}
+    assert summary["refused"]["average_rank"] is None
+    names = ("accuracy_mean", "accuracy_median", "completeness_mean", "completeness_median")
+    weak = next(row for row in runs_of(output) if row["variant"] == "weak")
+    assert abs(summary["weak"]["average_error"] - sum(weak[name] for name in names) / 4) < 1e-12
+    assert {summary[name]["average_rank"] for name in ("weak", "strong")} <= {1, 1.25, 1.5, 1.75, 2}
+
+
+def test_the_same_study_again_does_nothing_and_an_edit_only_what_it_must(finished: Finished) -> None:
+    output, _ = finished
+    before = records(output)
+    assert run_study(write(output.parent, TINY + REFUSED), output).returncode == 1
+    assert records(output) == before
+    edited = TINY.replace("strong.smooth.weight = 240", "strong.smooth.weight = 120")
+    done = run_study(write(output.parent, edited, "edited.toml"), output)
+    assert done.returncode == 0, done.stderr
+    changed = {path for path, when in records(output).items() if before.get(path) != when}
+    assert changed == {f"runs/relief-seed1/strong/{stage}.json"
+                       for stage in ("select", "refine", "evaluate")}
+
+
+def test_killed_it_goes_on_and_gives_the_same_numbers(tmp_path: Path) -> None:
+    file = write(tmp_path, TINY)
+    output = tmp_path / "results"
+    with subprocess.Popen(study_command("run", file, output, "--cores", "1"), start_new_session=True,
+                          stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+        for _ in range(600):
+            done = [path for path in records(output) if path.endswith("refine.json")]
+            if done or process.poll() is not None:
+                break
+            time.sleep(0.05)
+        os.killpg(process.pid, signal.SIGKILL)
+    before = records(output)
+    assert done and not (output / "report.html").exists()
+    finished = run_study(file, output)
+    assert finished.returncode == 0, finished.stderr
+    after = records(output)
+    assert all(after[path] == before[path] for path in done)
+    again = tmp_path / "again"
+    assert run_study(file, again).returncode == 0
+    assert scores(output) == scores(again)
+
+
+def test_a_run_is_repeated_by_its_script(finished: Finished) -> None:
+    output, _ = finished
+    folder = output / "runs/relief-seed1/weak"
+    mesh = (folder / "refine/refined.ply").read_bytes()
+    (folder / "refine/refined.ply").unlink()
+    done = subprocess.run([folder / "repeat.sh"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert (folder / "refine/refined.ply").read_bytes() == mesh
+    result = json.loads((folder / "evaluate.json").read_text())["result"]
+    assert json.loads(done.stdout[done.stdout.index("{"):]) == result
