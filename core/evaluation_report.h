@@ -1,4 +1,4 @@
-// An evaluation as a table for people and as JSON for programs.
+// Evaluations as tables for people and as JSON for programs: a section a protocol.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -129,8 +129,9 @@ TEST_F(CliTest, SynthesisedSceneScoresAsItsTruth) {
   EXPECT_GT(f1("scene/truth.ply", "scene/truth.ply"), 0.999);
   EXPECT_GT(f1("scene/truth.ply", "scene/truth_points.ply"), 0.8);
   EXPECT_LT(f1("scene/init.ply", "scene/truth_points.ply"), 0.8);
-  const Outcome table = Run({"evaluate", "--mesh", In("scene/init.ply"), "--truth",
-                             In("scene/truth_points.ply"), "--rigid", "--unit", "0.02"});
+  const Outcome table =
+      Run({"evaluate", "--mesh", In("scene/init.ply"), "--truth", In("scene/truth_points.ply"),
+           "--align", "similarity", "--unit", "0.02"});
   EXPECT_EQ(table.exit_code, 0) << table.err;
   EXPECT_THAT(table.out, HasSubstr("F1"));
 
