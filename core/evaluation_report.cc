@@ -78,6 +78,35 @@ std::string EvaluationReport(const Evaluation& evaluation) {
   return report;
 }
 
+std::string DtuReport(const DtuEvaluation& evaluation, double unit) {
+  std::string report = Format(
+      "\nDTU protocol: point to point, %lld points of the mesh, %lld of the truth, %g apart; "
+      "points "
+      "further than %g are left out\n",
+      static_cast<long long>(evaluation.mesh_points),
+      static_cast<long long>(evaluation.truth_points), evaluation.spacing / unit,
+      evaluation.cap / unit);
+  report += StatisticsHead("in cap %");
+  report += StatisticsLine("accuracy (mesh to truth)", evaluation.accuracy, unit);
+  report += StatisticsLine("completeness (truth to mesh)", evaluation.completeness, unit);
+  const std::optional<double> overall = evaluation.Overall();
+  report += overall ? Format("%-30s %10s %10.4g\n", "mean of both", "", *overall / unit)
+                    : "no point within the cap on one side at least\n";
+  return report;
+}
+
+nlohmann::json ToJson(const DtuEvaluation& evaluation) {
+  nlohmann::json overall;  // null when one side has no point within the cap
+  if (const std::optional<double> mean = evaluation.Overall()) overall = *mean;
+  return {{"spacing", evaluation.spacing},
+          {"cap", evaluation.cap},
+          {"mesh_points", evaluation.mesh_points},
+          {"truth_points", evaluation.truth_points},
+          {"accuracy", StatisticsJson(evaluation.accuracy)},
+          {"completeness", StatisticsJson(evaluation.completeness)},
+          {"overall", overall}};
+}
+
 nlohmann::json ToJson(const Evaluation& evaluation) {
   nlohmann::json scores = nlohmann::json::array();
   for (const ThresholdScore& score : evaluation.scores) {
