@@ -95,6 +95,38 @@ std::string DtuReport(const DtuEvaluation& evaluation, double unit) {
   return report;
 }
 
+std::string DepthReport(const DepthEvaluation& evaluation, double unit) {
+  const auto line = [unit](const std::string& name, const DepthErrors& errors) {
+    return Format("%-30.200s %10.4g %10.4g %9.2f %12lld\n", name.c_str(), errors.Mae() / unit,
+                  errors.Rmse() / unit, 100 * errors.CoveredShare(),
+                  static_cast<long long>(errors.truth_pixels));
+  };
+  std::string report =
+      "\nStrecha protocol: depth along the optical axis in the views of the scene\n";
+  report += Format("\n%-30s %10s %10s %9s %12s\n", "view", "MAE", "RMSE", "covered %", "pixels");
+  for (size_t k = 0; k < evaluation.views.size(); ++k) {
+    report += line(evaluation.names[k], evaluation.views[k]);
+  }
+  report += line("all", evaluation.total);
+  if (!(evaluation.sigma > 0)) return report;
+  const DepthErrors& total = evaluation.total;
+  const auto share = [&total](std::int64_t pixels) {
+    return 100 * static_cast<double>(pixels) / static_cast<double>(total.truth_pixels);
+  };
+  report +=
+      Format("\n%-30s %10s %10s\n", Format("|error|, sigma = %g", evaluation.sigma / unit).c_str(),
+             "pixels %", "up to here");
+  std::int64_t sum = 0;
+  for (size_t k = 0; k < total.within_sigmas.size(); ++k) {
+    sum += total.within_sigmas[k];
+    report += Format("%-30s %9.2f%% %9.2f%%\n", Format("%zu to %zu sigma", k, k + 1).c_str(),
+                     share(total.within_sigmas[k]), share(sum));
+  }
+  report += Format("%-30s %9.2f%%\n", "more than 10 sigma", share(total.beyond_sigmas));
+  report += Format("%-30s %9.2f%%\n", "missing", share(total.MissingPixels()));
+  return report;
+}
+
 nlohmann::json ToJson(const DtuEvaluation& evaluation) {
   nlohmann::json overall;  // null when one side has no point within the cap
   if (const std::optional<double> mean = evaluation.Overall()) overall = *mean;
@@ -105,6 +137,33 @@ nlohmann::json ToJson(const DtuEvaluation& evaluation) {
           {"accuracy", StatisticsJson(evaluation.accuracy)},
           {"completeness", StatisticsJson(evaluation.completeness)},
           {"overall", overall}};
+}
+
+nlohmann::json ToJson(const DepthEvaluation& evaluation) {
+  const auto errors_json = [&evaluation](const DepthErrors& errors) {
+    nlohmann::json histogram;  // null without a sigma
+    if (evaluation.sigma > 0) {
+      histogram = {{"within_sigmas", errors.within_sigmas},
+                   {"beyond", errors.beyond_sigmas},
+                   {"missing", errors.MissingPixels()}};
+    }
+    return nlohmann::json{{"mae", errors.Mae()},
+                          {"rmse", errors.Rmse()},
+                          {"truth_pixels", errors.truth_pixels},
+                          {"covered_pixels", errors.covered_pixels},
+                          {"covered_share", errors.CoveredShare()},
+                          {"histogram", histogram}};
+  };
+  nlohmann::json views = nlohmann::json::array();
+  for (size_t k = 0; k < evaluation.views.size(); ++k) {
+    nlohmann::json view = errors_json(evaluation.views[k]);
+    view["name"] = evaluation.names[k];
+    views.push_back(view);
+  }
+  nlohmann::json json = errors_json(evaluation.total);
+  json["sigma"] = evaluation.sigma;
+  json["views"] = views;
+  return json;
 }
 
 nlohmann::json ToJson(const Evaluation& evaluation) {

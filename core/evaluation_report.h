@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "core/depth_evaluation.h"
 #include "core/dtu_evaluation.h"
 #include "core/evaluation.h"
 
@@ -15,9 +16,11 @@ std::string EvaluationReport(const Evaluation& evaluation);
 
 // The same for the other protocols, lengths in `unit` world units.
 std::string DtuReport(const DtuEvaluation& evaluation, double unit);
+std::string DepthReport(const DepthEvaluation& evaluation, double unit);
 
 // Everything the table says, lengths in world units, shares in [0, 1], and how it was measured.
 nlohmann::json ToJson(const Evaluation& evaluation);
 nlohmann::json ToJson(const DtuEvaluation& evaluation);
+nlohmann::json ToJson(const DepthEvaluation& evaluation);
 
 }  // namespace burin
