@@ -4,20 +4,21 @@
 #include <vector>
 
 #include "apps/commands.h"
+#include "apps/evaluate_options.h"
 #include "apps/option_binding.h"
 #include "core/colmap.h"
 #include "core/error.h"
-#include "core/evaluation.h"
 #include "core/evaluation_report.h"
 #include "core/mesh_io.h"
 #include "core/options.h"
+#include "core/render.h"
 #include "core/silhouette.h"
 
 namespace burin {
 namespace {
 
 struct EvaluateCommand {
-  EvaluationOptions options;
+  EvaluateOptions options;
   OptionSet set;
   std::string mesh;
   std::string truth;
@@ -27,31 +28,70 @@ struct EvaluateCommand {
   SilhouetteOptions silhouette;
   bool json = false;
 
-  std::vector<char> BoundaryFlags(const Truth& loaded) const {
-    if (scene.empty() && depth.empty()) return {};
-    if (scene.empty() || depth.empty()) {
+  // What contradicts itself is reported before large files are read.
+  void Check() const {
+    options.scores.Thresholds();
+    if (options.strecha.run && scene.empty()) {
+      throw InputError("strecha.run: needs the cameras of --scene");
+    }
+    if (!options.strecha.run && options.strecha.sigma > 0) {
+      throw InputError("strecha.sigma: needs strecha.run");
+    }
+    if (!options.strecha.run && scene.empty() != depth.empty()) {
       throw InputError("--scene and --depth: both or neither, they belong together");
     }
-    if (loaded.IsMesh()) {
-      throw InputError(truth, "must be a point cloud to split by --scene and --depth");
-    }
-    const Scene views = LoadColmapScene(scene, /*with_images=*/false);
+  }
+
+  std::vector<char> BoundaryFlags(const Truth& loaded, const Scene& views,
+                                  const std::vector<cv::Mat1f>& maps) const {
+    if (maps.empty() || loaded.IsMesh()) return {};
     std::vector<Camera> cameras;
     for (const View& view : views.views) cameras.push_back(view.camera);
-    return NearSilhouettes(loaded.cloud.points, cameras, ReadDepthMaps(depth, views, depth_unit),
-                           silhouette);
+    return NearSilhouettes(loaded.cloud.points, cameras, maps, silhouette);
+  }
+
+  TruthDepth DepthOf(const Truth& loaded, const Scene& views,
+                     const std::vector<cv::Mat1f>& maps) const {
+    if (!maps.empty()) return [&maps](int view) { return maps[view]; };
+    return [&](int view) { return RenderDepth(loaded.mesh, views.views[view].camera); };
   }
 
   void Run() const {
-    options.Thresholds();  // a bad --tau is reported before large files are read
+    Check();
+    const DtuRegion region = ReadDtuRegion(options.dtu);
     const TriangleMesh measured = ReadMesh(mesh);
     const Truth loaded = ReadTruth(truth);
-    const Evaluation evaluation = EvaluateMesh(measured, loaded, options, BoundaryFlags(loaded));
-    if (json) {
-      std::cout << ToJson(evaluation).dump(2) << "\n";
-    } else {
-      std::cout << EvaluationReport(evaluation);
+    if (!depth.empty() && loaded.IsMesh() && !options.strecha.run) {
+      throw InputError(truth, "must be a point cloud to split by --scene and --depth");
     }
+    if (depth.empty() && !loaded.IsMesh() && options.strecha.run) {
+      throw InputError(truth,
+                       "is a point cloud: strecha.run needs a mesh, or depth maps by --depth");
+    }
+    Scene views;
+    std::vector<cv::Mat1f> maps;
+    if (!scene.empty()) views = LoadColmapScene(scene, /*with_images=*/false);
+    if (!depth.empty()) maps = ReadDepthMaps(depth, views, depth_unit);
+
+    const Evaluation scores =
+        EvaluateMesh(measured, loaded, options.scores, BoundaryFlags(loaded, views, maps));
+    const double unit = options.scores.unit;
+    const TriangleMesh moved = Moved(measured, scores.truth_from_mesh);
+    std::string report = EvaluationReport(scores);
+    nlohmann::json document = ToJson(scores);
+    if (options.dtu.run) {
+      const DtuEvaluation dtu =
+          EvaluateDtu(moved, loaded, options.dtu, region, unit, options.scores.seed);
+      report += DtuReport(dtu, unit);
+      document["dtu"] = ToJson(dtu);
+    }
+    if (options.strecha.run) {
+      const DepthEvaluation depths =
+          EvaluateDepth(moved, views, DepthOf(loaded, views, maps), options.strecha.sigma * unit);
+      report += DepthReport(depths, unit);
+      document["strecha"] = ToJson(depths);
+    }
+    std::cout << (json ? document.dump(2) + "\n" : report);
   }
 };
 
@@ -68,8 +108,8 @@ void AddEvaluateCommand(CLI::App* program) {
       ->option_text("FILE (required)")
       ->required();
   app->add_option("--scene", command->scene,
-                  "COLMAP workspace: with --depth, completeness also near occlusion boundaries and "
-                  "in the rest")
+                  "COLMAP workspace in the truth's frame: for --strecha.run; with --depth and a "
+                  "cloud, completeness also near occlusion boundaries and in the rest")
       ->option_text("DIR");
   app->add_option(
          "--depth", command->depth,

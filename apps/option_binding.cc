@@ -81,7 +81,7 @@ void BindOptions(OptionSet* set, CLI::App* app,
         },
         Description(option));
     flag->option_text(Placeholder(option))->group(GroupOf(option));
-    // "--rigid" alone means "--rigid true"; what follows is taken as its value only when it is not
+    // "--dtu.run" alone means "--dtu.run true"; what follows is taken as its value only when it is not
     // needed as a positional argument.
     if (std::holds_alternative<bool*>(option.value)) flag->expected(0, 1)->default_str("true");
   }

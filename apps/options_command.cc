@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "apps/commands.h"
+#include "apps/evaluate_options.h"
 #include "apps/option_binding.h"
 #include "apps/pipeline.h"
 #include "apps/solver_comparison.h"
-#include "core/evaluation.h"
 #include "core/options.h"
 #include "core/synthetic.h"
 
@@ -20,7 +20,7 @@ namespace {
 void ForEachCommand(const std::function<void(const std::string&, const OptionSet&)>& visit) {
   PipelineOptions refine;
   SyntheticOptions synth;
-  EvaluationOptions evaluate;
+  EvaluateOptions evaluate;
   CompareOptions compare;
   OptionSet refine_set;
   OptionSet synth_set;

@@ -3,16 +3,12 @@
 #include <glog/logging.h>
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <memory>
-#include <sstream>
 
 #include "core/closest_point.h"
 #include "core/error.h"
-#include "core/mesh_io.h"
 #include "core/parallel.h"
 #include "core/surface_samples.h"
 
@@ -69,47 +65,29 @@ class Side {
 
 Side SideOf(const Truth& truth) { return truth.IsMesh() ? Side(truth.mesh) : Side(truth.cloud); }
 
-// Distance of each point to its match; negative when it has none.
-std::vector<double> Distances(const std::vector<Eigen::Vector3d>& points, const RigidMotion& motion,
-                              const Side& side, double max_distance, bool to_plane) {
-  std::vector<double> distances(points.size());
+// Of each point, its two distances to its match; negative when it has none. Where the match has no
+// normal, that to the plane is that to the point.
+struct Distances {
+  std::vector<double> point;
+  std::vector<double> plane;
+};
+
+Distances MeasureDistances(const std::vector<Eigen::Vector3d>& points, const Similarity& motion,
+                           const Side& side, double max_distance) {
+  Distances distances;
+  distances.point.assign(points.size(), -1);
+  distances.plane.assign(points.size(), -1);
   ParallelFor(static_cast<int>(points.size()), kGrain, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       const Eigen::Vector3d point = motion * points[k];
       const Match match = side.Find(point, max_distance);
-      if (!match.found) {
-        distances[k] = -1;
-      } else if (to_plane && !match.normal.isZero(0)) {
-        distances[k] = std::abs(match.normal.dot(point - match.point));
-      } else {
-        distances[k] = match.distance;
-      }
+      if (!match.found) continue;
+      distances.point[k] = match.distance;
+      distances.plane[k] =
+          match.normal.isZero(0) ? match.distance : std::abs(match.normal.dot(point - match.point));
     }
   });
   return distances;
-}
-
-DistanceStatistics Statistics(const std::vector<double>& distances) {
-  DistanceStatistics statistics;
-  statistics.count = static_cast<std::int64_t>(distances.size());
-  std::vector<double> matched;
-  matched.reserve(distances.size());
-  double sum = 0;
-  double squares = 0;
-  for (const double distance : distances) {
-    if (distance < 0) continue;
-    matched.push_back(distance);
-    sum += distance;
-    squares += distance * distance;
-  }
-  statistics.matched = static_cast<std::int64_t>(matched.size());
-  if (matched.empty()) return statistics;
-  statistics.mean = sum / static_cast<double>(matched.size());
-  statistics.rmse = std::sqrt(squares / static_cast<double>(matched.size()));
-  const auto middle = matched.begin() + (matched.size() - 1) / 2;
-  std::nth_element(matched.begin(), middle, matched.end());
-  statistics.median = *middle;
-  return statistics;
 }
 
 double ShareWithin(const std::vector<double>& distances, double tau, std::int64_t of) {
@@ -126,20 +104,11 @@ void AddGroups(const std::vector<double>& from_truth, const std::vector<char>& f
     (flags[k] != 0 ? flagged : others).push_back(from_truth[k]);
   }
   evaluation->grouped = true;
-  evaluation->flagged = Statistics(flagged);
-  evaluation->others = Statistics(others);
+  evaluation->flagged = StatisticsOf(flagged);
+  evaluation->others = StatisticsOf(others);
   for (const double tau : thresholds) {
     evaluation->flagged_recall.push_back(ShareWithin(flagged, tau, evaluation->flagged.count));
     evaluation->others_recall.push_back(ShareWithin(others, tau, evaluation->others.count));
-  }
-}
-
-void CheckTruth(const Truth& truth) {
-  if (truth.IsMesh()) return;
-  if (truth.cloud.points.empty()) throw InputError("evaluation: the truth has no points");
-  if (!truth.cloud.normals.empty() && truth.cloud.normals.size() != truth.cloud.points.size()) {
-    throw InputError("evaluation: the truth has " + std::to_string(truth.cloud.points.size()) +
-                     " points and " + std::to_string(truth.cloud.normals.size()) + " normals");
   }
 }
 
@@ -153,7 +122,7 @@ SurfaceSamples SamplesOf(const TriangleMesh& mesh, int count, std::uint64_t seed
   return samples;
 }
 
-// The motion that lays mesh samples onto the truth.
+// What lays mesh samples onto the truth.
 Alignment FitToTruth(const TriangleMesh& mesh, const Side& truth, double reach,
                      const EvaluationOptions& options) {
   const SurfaceSamples samples = SamplesOf(mesh, std::min(kFitSamples, options.sample_count),
@@ -167,12 +136,13 @@ Alignment FitToTruth(const TriangleMesh& mesh, const Side& truth, double reach,
     return match.found;
   };
   AlignmentOptions fit;
+  fit.scale = options.align == "similarity";
   fit.keep_fraction = options.fit_keep;
   fit.max_iterations = 50;
   fit.min_step = 1e-6;  // far below what the choice of samples changes
   Alignment alignment;
   std::string error;
-  if (!AlignPointsToPlanes(samples.points, plane_of, fit, &alignment, &error)) {
+  if (!AlignToSurface(samples.points, plane_of, fit, &alignment, &error)) {
     throw InputError("evaluation: " + error + " (max_distance = " + std::to_string(reach) +
                      " world units)");
   }
@@ -184,12 +154,11 @@ struct Protocol {
   Protocol(const Truth& truth, const EvaluationOptions& options) {
     CheckTruth(truth);
     thresholds = options.Thresholds();
-    const bool has_normals = truth.IsMesh() || !truth.cloud.normals.empty();
-    if (options.distance == "plane" && !has_normals) {
+    if (options.distance == "plane" && !truth.HasNormals()) {
       throw InputError("distance = plane: the truth has no normals");
     }
     to_plane = options.distance == "plane" ||
-               (options.distance == "auto" && has_normals && !truth.IsMesh());
+               (options.distance == "auto" && truth.HasNormals() && !truth.IsMesh());
     max_distance =
         options.max_distance > 0 ? options.max_distance * options.unit : 10 * thresholds.back();
   }
@@ -198,44 +167,17 @@ struct Protocol {
   double max_distance = 0;  // world units
 };
 
-// A PLY header declares faces.
-bool PlyHasFaces(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string line;
-  // Headers are short; a file that is none of them must not be read to its end.
-  for (int k = 0; k < 1000 && std::getline(file, line); ++k) {
-    std::istringstream words(line);
-    std::string keyword, element;
-    long long count = 0;
-    words >> keyword;
-    if (keyword == "end_header") break;
-    if (keyword == "element" && words >> element >> count && element == "face") return count > 0;
-  }
-  return false;
-}
-
 }  // namespace
-
-Truth ReadTruth(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char letter) { return std::tolower(letter); });
-  Truth truth;
-  if (extension == ".ply" && !PlyHasFaces(path)) {
-    truth.cloud = ReadPointCloud(path);
-  } else {
-    truth.mesh = ReadMesh(path);
-  }
-  return truth;
-}
 
 void EvaluationOptions::Describe(OptionSet* set) {
   set->Add("tau", &tau, "Distance thresholds of precision and recall, in unit, comma-separated");
   set->Add("unit", &unit, "Length of the unit of tau and of the report, in world units", 1e-12,
            1e12);
-  set->Add("rigid", &rigid, "Fit a rigid motion between mesh and truth before scoring");
+  set->Add("align", &align,
+           "Motion of the mesh onto the truth before scoring; similarity: rigid and a scale",
+           {"none", "rigid", "similarity"});
   set->Add("distance", &distance,
-           "Distance of a point to its match; auto is plane for clouds with normals, else point",
+           "Distance that is scored; auto is plane for clouds with normals, else point",
            {"auto", "point", "plane"});
   set->Add("unmatched", &unmatched,
            "Whether mesh samples without a match count against the precision", {"count", "drop"});
@@ -244,7 +186,7 @@ void EvaluationOptions::Describe(OptionSet* set) {
            0, 1e12);
   set->Add("sample_count", &sample_count, "Points sampled on a mesh", 100, 100000000);
   set->Add("seed", &seed, "Of the sampling", 0, 1000000000);
-  set->Add("fit_keep", &fit_keep, "Share of the point pairs that the rigid fit keeps", 0.1, 1);
+  set->Add("fit_keep", &fit_keep, "Share of the point pairs that the alignment keeps", 0.1, 1);
 }
 
 std::vector<double> EvaluationOptions::Thresholds() const {
@@ -282,48 +224,54 @@ Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
   evaluation.unmatched = options.unmatched;
   evaluation.unit = options.unit;
   evaluation.max_distance = protocol.max_distance;
-  evaluation.rigid = options.rigid;
+  evaluation.align = options.align;
 
   const auto seed = static_cast<std::uint64_t>(options.seed);
   const SurfaceSamples samples = SamplesOf(mesh, options.sample_count, seed, "mesh");
   const Side truth_side = SideOf(truth);
-  RigidMotion truth_from_mesh;
-  if (options.rigid) {
+  TriangleMesh moved;
+  if (options.align != "none") {
     const Alignment fit = FitToTruth(mesh, truth_side, 0.5 * evaluation.max_distance, options);
-    truth_from_mesh = fit.motion;
-    evaluation.mesh_from_truth = truth_from_mesh.Inverse();
+    evaluation.truth_from_mesh = fit.motion;
     evaluation.fit_converged = fit.converged;
-    evaluation.fit_angle_deg = truth_from_mesh.AngleDeg();
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
     for (const Eigen::Vector3d& point : samples.points) centre += point;
     centre /= static_cast<double>(samples.points.size());
-    evaluation.fit_shift = (truth_from_mesh * centre - centre).norm();
+    evaluation.fit_shift = (fit.motion * centre - centre).norm();
+    moved = Moved(mesh, fit.motion);
   }
+  const Side mesh_side(options.align == "none" ? mesh : moved);
 
-  const std::vector<double> from_mesh =
-      Distances(samples.points, truth_from_mesh, truth_side, evaluation.max_distance, to_plane);
+  const Distances from_mesh = MeasureDistances(samples.points, evaluation.truth_from_mesh,
+                                               truth_side, evaluation.max_distance);
   std::vector<Eigen::Vector3d> truth_samples;
   if (truth.IsMesh()) {
     truth_samples = SamplesOf(truth.mesh, options.sample_count, seed, "truth").points;
   }
-  const std::vector<double> from_truth =
-      Distances(truth.IsMesh() ? truth_samples : truth.cloud.points, evaluation.mesh_from_truth,
-                Side(mesh), evaluation.max_distance, to_plane);
+  const Distances from_truth = MeasureDistances(truth.IsMesh() ? truth_samples : truth.cloud.points,
+                                                Similarity(), mesh_side, evaluation.max_distance);
 
-  evaluation.accuracy = Statistics(from_mesh);
-  evaluation.completeness = Statistics(from_truth);
+  const std::vector<double>& accuracy = to_plane ? from_mesh.plane : from_mesh.point;
+  const std::vector<double>& completeness = to_plane ? from_truth.plane : from_truth.point;
+  evaluation.accuracy = StatisticsOf(accuracy);
+  evaluation.completeness = StatisticsOf(completeness);
+  if (truth.HasNormals()) {
+    evaluation.other_distance = to_plane ? "point" : "plane";
+    evaluation.other_accuracy = StatisticsOf(to_plane ? from_mesh.point : from_mesh.plane);
+    evaluation.other_completeness = StatisticsOf(to_plane ? from_truth.point : from_truth.plane);
+  }
   for (const double tau : thresholds) {
     ThresholdScore score;
     score.tau = tau;
     score.precision = ShareWithin(
-        from_mesh, tau,
+        accuracy, tau,
         options.unmatched == "drop" ? evaluation.accuracy.matched : evaluation.accuracy.count);
-    score.recall = ShareWithin(from_truth, tau, evaluation.completeness.count);
+    score.recall = ShareWithin(completeness, tau, evaluation.completeness.count);
     const double sum = score.precision + score.recall;
     score.f1 = sum > 0 ? 2 * score.precision * score.recall / sum : 0;
     evaluation.scores.push_back(score);
   }
-  if (!flags.empty()) AddGroups(from_truth, flags, thresholds, &evaluation);
+  if (!flags.empty()) AddGroups(completeness, flags, thresholds, &evaluation);
   return evaluation;
 }
 
@@ -345,19 +293,21 @@ DistanceStatistics AccuracyMeter::Measure(const TriangleMesh& mesh) const {
   const double max_distance = data_->protocol.max_distance;
   const SurfaceSamples samples =
       SamplesOf(mesh, options.sample_count, static_cast<std::uint64_t>(options.seed), "mesh");
-  RigidMotion truth_from_mesh;
-  if (options.rigid) {
+  Similarity truth_from_mesh;
+  if (options.align != "none") {
     truth_from_mesh = FitToTruth(mesh, data_->side, 0.5 * max_distance, options).motion;
   }
-  return Statistics(Distances(samples.points, truth_from_mesh, data_->side, max_distance,
-                              data_->protocol.to_plane));
+  const Distances distances =
+      MeasureDistances(samples.points, truth_from_mesh, data_->side, max_distance);
+  return StatisticsOf(data_->protocol.to_plane ? distances.plane : distances.point);
 }
 
 double RmseToTruthMesh(const TriangleMesh& mesh, const TriangleMesh& truth, int sample_count) {
   if (!(SurfaceArea(truth) > 0)) throw InputError("evaluation: the truth has no surface");
   const SurfaceSamples samples = SamplesOf(mesh, sample_count, 0, "mesh");
-  return Statistics(Distances(samples.points, RigidMotion(), Side(truth),
-                              std::numeric_limits<double>::infinity(), false))
+  return StatisticsOf(MeasureDistances(samples.points, Similarity(), Side(truth),
+                                       std::numeric_limits<double>::infinity())
+                          .point)
       .rmse;
 }
 
@@ -375,7 +325,7 @@ std::vector<double> VertexErrors(const TriangleMesh& mesh, const Truth& truth,
   return errors;
 }
 
-TriangleMesh Moved(const TriangleMesh& mesh, const RigidMotion& motion) {
+TriangleMesh Moved(const TriangleMesh& mesh, const Similarity& motion) {
   TriangleMesh moved = mesh;
   for (Eigen::Vector3d& vertex : moved.vertices) vertex = motion * vertex;
   return moved;

@@ -130,8 +130,9 @@ TEST_F(CliTest, SynthesisedSceneScoresAsItsTruth) {
   EXPECT_GT(f1("scene/truth.ply", "scene/truth.ply"), 0.999);
   EXPECT_GT(f1("scene/truth.ply", "scene/truth_points.ply"), 0.8);
   EXPECT_LT(f1("scene/init.ply", "scene/truth_points.ply"), 0.8);
-  const Outcome table = Run({"evaluate", "--mesh", In("scene/init.ply"), "--truth",
-                             In("scene/truth_points.ply"), "--rigid", "--unit", "0.02"});
+  const Outcome table =
+      Run({"evaluate", "--mesh", In("scene/init.ply"), "--truth", In("scene/truth_points.ply"),
+           "--align", "similarity", "--unit", "0.02"});
   EXPECT_EQ(table.exit_code, 0) << table.err;
   EXPECT_THAT(table.out, HasSubstr("F1"));
 
@@ -152,6 +153,71 @@ TEST_F(CliTest, SynthesisedSceneScoresAsItsTruth) {
   ExpectRefused({"evaluate", "--mesh", In("scene/init.ply"), "--truth",
                  In("scene/truth_points.ply"), "--scene", In("scene"), "--depth", In("scene")},
                 {"no depth map"});
+}
+
+TEST_F(CliTest, OtherProtocolsAreScoredOnRequest) {
+  const Outcome synth =
+      Run({"synth", "--output", In("scene"), "--synth.width", "64", "--synth.height", "48",
+           "--synth.views", "3", "--synth.truth_point_count", "2000"});
+  ASSERT_EQ(synth.exit_code, 0) << synth.err;
+  Write("mask.json",
+        R"({"origin": [0, 0, 0], "cell_size": 1000, "dimensions": [1, 1, 1], "voxels": "v.raw"})");
+  Write("v.raw", "\1");
+  const std::string plane = Write("plane.txt", "0 0 0.001 1");
+  const auto evaluate = [this](const std::string& mesh, const std::string& truth,
+                               const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {
+        "evaluate",       "--mesh", In("scene/" + mesh), "--truth", In("scene/" + truth),
+        "--sample_count", "2000"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  };
+  const std::vector<std::string> both = {
+      "--unit", "1",         "--tau",     "0.1",           "--dtu.run",       "--dtu.spacing",
+      "0.05",   "--dtu.cap", "1",         "--dtu.mask",    In("mask.json"),   "--dtu.plane",
+      plane,    "--scene",   In("scene"), "--strecha.run", "--strecha.sigma", "0.01"};
+  const auto json_of = [&](const std::string& mesh, const std::string& truth,
+                           std::vector<std::string> more) {
+    more.emplace_back("--json");
+    const Outcome outcome = Run(evaluate(mesh, truth, more));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out);
+  };
+  const nlohmann::json perfect = json_of("truth.ply", "truth.ply", both);
+  EXPECT_EQ(perfect["dtu"]["accuracy"]["mean"].get<double>(), 0);
+  EXPECT_EQ(perfect["dtu"]["accuracy"]["count"], perfect["dtu"]["mesh_points"]);
+  EXPECT_EQ(perfect["strecha"]["mae"].get<double>(), 0);
+  EXPECT_EQ(perfect["strecha"]["covered_share"].get<double>(), 1);
+  EXPECT_EQ(perfect["strecha"]["histogram"]["within_sigmas"][0],
+            perfect["strecha"]["truth_pixels"]);
+  EXPECT_EQ(perfect["strecha"]["views"].size(), 3u);
+  const nlohmann::json initial = json_of("init.ply", "truth.ply", both);
+  EXPECT_GT(initial["dtu"]["accuracy"]["mean"].get<double>(), 0);
+  EXPECT_GT(initial["strecha"]["mae"].get<double>(), 0);
+
+  // Depth maps stand in for the surface that a cloud does not have, and are those of the truth.
+  const nlohmann::json by_maps =
+      json_of("init.ply", "truth_points.ply",
+              {"--strecha.run", "--scene", In("scene"), "--depth", In("scene/depth")});
+  EXPECT_NEAR(by_maps["strecha"]["mae"].get<double>(), initial["strecha"]["mae"].get<double>(),
+              1e-5);
+  EXPECT_TRUE(by_maps["boundary"].is_object());
+  EXPECT_FALSE(by_maps.contains("dtu"));
+
+  const Outcome table = Run(evaluate("init.ply", "truth.ply", both));
+  EXPECT_EQ(table.exit_code, 0) << table.err;
+  EXPECT_THAT(table.out, HasSubstr("DTU protocol"));
+  EXPECT_THAT(table.out, HasSubstr("9 to 10 sigma"));
+
+  ExpectRefused(evaluate("init.ply", "truth_points.ply", {"--strecha.run", "--scene", In("scene")}),
+                {"truth_points.ply", "point cloud", "--depth"});
+  ExpectRefused(evaluate("init.ply", "truth.ply", {"--strecha.run"}), {"strecha.run", "--scene"});
+  ExpectRefused(evaluate("init.ply", "truth.ply", {"--strecha.sigma", "1"}), {"strecha.sigma"});
+  ExpectRefused(evaluate("init.ply", "truth.ply", {"--dtu.plane", plane}), {"dtu.plane"});
+  ExpectRefused(evaluate("init.ply", "truth.ply", {"--dtu.run", "--dtu.plane", In("none.txt")}),
+                {"none.txt", "missing"});
+  ExpectRefused(evaluate("init.ply", "truth.ply", {"--align", "affine"}),
+                {"--align", "similarity"});
 }
 
 // Every way in which a refinement can be asked for in vain, on one small scene.
