@@ -115,12 +115,16 @@ def data_uri(path_or_svg: Path | str) -> str:
 
 
 def pictures(output: Path, key: str, plan: dict) -> list[dict]:
-    """The initial mesh and every variant on one instance, where a picture could be drawn."""
-    folders = [(INITIAL, output / "scenes" / key)]
-    folders += [(what["name"], output / "runs" / key / variant)
-                for variant, what in plan["variants"].items()]
-    return [{"name": name, "uri": data_uri(folder / "picture.jpg")} for name, folder in folders
-            if not read_json(folder / "picture.json")["failed"]]
+    """The initial mesh and every variant on one instance; why, where there is no picture."""
+    folders = {INITIAL: output / "scenes" / key}
+    folders |= {what["name"]: output / "runs" / key / variant
+                for variant, what in plan["variants"].items()}
+    found = []
+    for name, folder in folders.items():
+        failed = read_json(folder / "picture.json")["failed"]
+        found.append({"name": name, "failed": failed,
+                      "uri": "" if failed else data_uri(folder / "picture.jpg")})
+    return found
 
 
 def scene_section(output: Path, plan: dict, key: str, runs: pandas.DataFrame,
