@@ -121,7 +121,7 @@ void AddEvaluateCommand(CLI::App* program) {
                   "distance from a depth step that counts as near, pixels (default 4)")
       ->check(CLI::PositiveNumber);
   app->add_flag("--json", command->json, "print JSON");
-  BindOptions(&command->set, app, {}, [command] { command->options.Thresholds(); });
+  BindOptions(&command->set, app, {}, [command] { command->options.scores.Thresholds(); });
   app->callback([command] { command->Run(); });
 }
 

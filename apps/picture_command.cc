@@ -45,11 +45,12 @@ void PictureCommand::Run() const {
   const TriangleMesh measured = ReadMesh(mesh);
   CheckMeshIsSeen(views, measured, mesh);
   const Truth loaded = ReadTruth(truth);
-  const double reach = options.max_distance > 0 ? options.max_distance * options.unit : 10 * largest;
+  const double reach =
+      options.max_distance > 0 ? options.max_distance * options.unit : 10 * largest;
   const TriangleMesh placed =
-      options.rigid
-          ? Moved(measured, EvaluateMesh(measured, loaded, options).mesh_from_truth.Inverse())
-          : measured;
+      options.align == "none"
+          ? measured
+          : Moved(measured, EvaluateMesh(measured, loaded, options).truth_from_mesh);
   ColorScale scale;
   scale.min = -largest;
   scale.max = largest;

@@ -97,11 +97,11 @@ def test_a_folder_given_beside_the_study_is_a_scene(tmp_path: Path) -> None:
     for name in ("m.ply", "t.ply"):
         (folder / name).touch()
     given = {"folder": folder, "mesh": folder / "m.ply", "truth": folder / "t.ply",
-             "evaluate": {"rigid": True}}
+             "evaluate": {"align": "rigid"}}
     for file in sorted((ROOT / "apps/study/studies").glob("*.toml")):
         study = read_study(file, Burin(Path(burin_program())), given)
         assert list(study.scenes)[-1] == "fountain"
-        assert study.scenes["fountain"].evaluate == {"tau": "5,10,20", "unit": 0.001, "rigid": True}
+        assert study.scenes["fountain"].evaluate == {"tau": "5,10,20", "unit": 0.001, "align": "rigid"}
         assert len(study.scenes) > 1
         assert len(study.variants) > 3
 
