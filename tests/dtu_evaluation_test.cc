@@ -79,9 +79,9 @@ TEST(Dtu, ParallelPlanesAreTheirDistanceApart) {
   }
   EXPECT_NEAR(*evaluation.Overall(), d, 1e-12);
   EXPECT_EQ(evaluation.mesh_points, evaluation.truth_points);
-  // Random packings have about 0.7 points per square of the spacing.
-  EXPECT_GT(evaluation.mesh_points, 6000);
-  EXPECT_LT(evaluation.mesh_points, 9000);
+  // Randomly placed discs jam at 0.70 per square of the spacing; four candidates come near it.
+  EXPECT_GT(evaluation.mesh_points, 5000);
+  EXPECT_LT(evaluation.mesh_points, 7000);
 }
 
 TEST(Dtu, SpheresOfTwoRadii) {
