@@ -22,6 +22,7 @@ Similarity Known() {
 std::vector<Eigen::Vector3d> RandomPoints(int count) {
   test::Random random(3);
   std::vector<Eigen::Vector3d> points;
+  points.reserve(count);
   for (int k = 0; k < count; ++k) points.push_back(random.Vector());
   return points;
 }
@@ -29,6 +30,7 @@ std::vector<Eigen::Vector3d> RandomPoints(int count) {
 std::vector<Eigen::Vector3d> MovedPoints(const std::vector<Eigen::Vector3d>& points,
                                          const Similarity& motion) {
   std::vector<Eigen::Vector3d> moved;
+  moved.reserve(points.size());
   for (const Eigen::Vector3d& point : points) moved.push_back(motion * point);
   return moved;
 }
@@ -120,6 +122,7 @@ TEST(FitSimilarity, OpenRotationsAreRefused) {
   Similarity fit;
   std::string error;
   std::vector<Eigen::Vector3d> line;
+  line.reserve(5);
   for (int k = 0; k < 5; ++k) line.emplace_back(k, 2 * k, -k);
   EXPECT_FALSE(FitSimilarity(line, line, &fit, &error));
   EXPECT_NE(error.find("line"), std::string::npos);

@@ -36,6 +36,7 @@ DtuOptions Options(double spacing, double cap) {
 // n points 0, 1, ..., n - 1 along x, at height z.
 std::vector<Eigen::Vector3d> Row(int n, double z) {
   std::vector<Eigen::Vector3d> points;
+  points.reserve(n);
   for (int k = 0; k < n; ++k) points.emplace_back(k, 0, z);
   return points;
 }
@@ -43,6 +44,7 @@ std::vector<Eigen::Vector3d> Row(int n, double z) {
 TEST(Thinned, KeepsTheSpacingAndLeavesNoGap) {
   test::Random random(5);
   std::vector<Eigen::Vector3d> points;
+  points.reserve(3000);
   for (int k = 0; k < 3000; ++k) {
     points.emplace_back(random.Uniform(), random.Uniform(), 0.1 * random.Uniform());
   }
