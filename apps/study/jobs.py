@@ -145,7 +145,7 @@ class Job:
         up = "/".join([".."] * len(self.folder.parts))
         lines = ["#!/bin/sh", "# Repeats this run in place. BURIN names another burin program.",
                  "set -e", f'cd -- "$(dirname -- "$0")/{up}"',
-                 f'burin="${{BURIN:-{shlex.quote(self.burin)}}}"']
+                 f"burin={shlex.quote(self.burin)}", 'burin="${BURIN:-$burin}"']
         lines += [f'"$burin" {command}' for command in commands if command]
         script = self.folder / "repeat.sh"
         write_if_changed(script, "\n".join(lines) + "\n")
