@@ -1,23 +1,14 @@
 #include "core/frozen_round.h"
 
-#include <ceres/cost_function.h>
-#include <ceres/loss_function.h>
-
 #include <algorithm>
-#include <array>
-#include <limits>
-#include <numeric>
-#include <utility>
 
+#include "core/block_energy.h"
 #include "core/error.h"
 #include "core/motion.h"
-#include "core/parallel.h"
 #include "core/stopwatch.h"
 
 namespace burin {
 namespace {
-
-constexpr int kBlockGrain = 1024;  // residual blocks
 
 // Hands one problem's evaluation callback on to every term that has one.
 class CallbackFanOut : public ceres::EvaluationCallback {
@@ -36,25 +27,6 @@ class CallbackFanOut : public ceres::EvaluationCallback {
  private:
   std::vector<ceres::EvaluationCallback*> callbacks_;
 };
-
-// Of one residual block, NaN where it fails, at the parameter blocks' current values.
-double BlockEnergy(const ceres::Problem& problem, ceres::ResidualBlockId id) {
-  static thread_local std::vector<double*> values;
-  static thread_local std::vector<double> residuals;
-  const ceres::CostFunction* cost = problem.GetCostFunctionForResidualBlock(id);
-  problem.GetParameterBlocksForResidualBlock(id, &values);
-  residuals.resize(cost->num_residuals());
-  if (!cost->Evaluate(values.data(), residuals.data(), nullptr)) {
-    return std::numeric_limits<double>::quiet_NaN();
-  }
-  double squared = 0;
-  for (const double residual : residuals) squared += residual * residual;
-  const ceres::LossFunction* loss = problem.GetLossFunctionForResidualBlock(id);
-  if (loss == nullptr) return 0.5 * squared;
-  std::array<double, 3> rho;  // value and two derivatives
-  loss->Evaluate(squared, rho.data());
-  return 0.5 * rho[0];
-}
 
 int64_t EvaluationCount(const std::vector<EnergyTerm*>& terms) {
   int64_t count = 0;
@@ -101,17 +73,11 @@ int RoundProblem::Unknowns() const {
 }
 
 nlohmann::json RoundProblem::EnergyByTerm() const {
-  // Block by block: ceres::Problem::Evaluate makes a program of them each time, on one thread.
   task.evaluation_callback->PrepareForEvaluation(false, true);
   nlohmann::json energies = nlohmann::json::object();
   double total = 0;
   for (const auto& [name, blocks] : task.term_blocks) {
-    std::vector<double> costs(blocks.size(), 0);
-    ParallelFor(static_cast<int>(blocks.size()), kBlockGrain,
-                [&, &ids = blocks](int begin, int end) {
-                  for (int b = begin; b < end; ++b) costs[b] = BlockEnergy(*problem_, ids[b]);
-                });
-    const double energy = std::accumulate(costs.begin(), costs.end(), 0.0);
+    const double energy = BlockEnergy(*problem_, blocks);
     energies[name] = energy;
     total += energy;
   }

@@ -8,10 +8,11 @@ namespace {
 // Vertices to move: hidden ones in connected parts that touch a vertex which is not hidden.
 std::vector<int> HiddenAndAnchored(const RoundContext& context) {
   const int count = static_cast<int>(context.supported.size());
+  const auto hidden = [&context](int v) {
+    return context.was_supported[v] != 0 && context.supported[v] == 0;
+  };
   std::vector<char> open(count);  // hidden and not yet reached
-  for (int v = 0; v < count; ++v) {
-    open[v] = static_cast<char>(context.was_supported[v] != 0 && context.supported[v] == 0);
-  }
+  for (int v = 0; v < count; ++v) open[v] = static_cast<char>(hidden(v));
   std::vector<int> moved;
   std::vector<int> part;
   for (int seed = 0; seed < count; ++seed) {
@@ -22,7 +23,7 @@ std::vector<int> HiddenAndAnchored(const RoundContext& context) {
     for (size_t k = 0; k < part.size(); ++k) {
       for (const int* n = context.neighbors.Begin(part[k]); n != context.neighbors.End(part[k]);
            ++n) {
-        anchored |= context.was_supported[*n] == 0 || context.supported[*n] != 0;
+        anchored |= !hidden(*n);
         if (open[*n] == 0) continue;
         open[*n] = 0;
         part.push_back(*n);

@@ -169,10 +169,12 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
       std::vector<ViewDomain> domains;
       RoundContext context =
           FreezeRound(views, pairs, mesh, motion, options.level.border_px, &domains);
-      for (size_t v = 0; relax_hidden && v < order.vertex.size(); ++v) {
-        char& was = was_supported[order.vertex[v]];
-        was = static_cast<char>(was | context.supported[v]);
-        context.was_supported[v] = was;
+      if (relax_hidden) {
+        for (size_t v = 0; v < order.vertex.size(); ++v) {
+          char& was = was_supported[order.vertex[v]];
+          was = static_cast<char>(was | context.supported[v]);
+          context.was_supported[v] = was;
+        }
       }
       context.first_level = level == first;
       round_summary.visibility_seconds = visibility_watch.Seconds();

@@ -5,13 +5,13 @@
 // the mesh's bounding box and footprint the median over vertices of the smallest pixel footprint at
 // full resolution. One unit is about one pixel, so no tolerance, step or weight has a scale.
 //
-// Every level gets more rounds than the next finer one, and a finer tolerance than the finest. What is many pixels off - a
-// facet that bridges a depth step, a niche that the initial mesh covers - can only move there,
-// within the few pixels over which windows correlate, and moves far only when visibility is frozen
-// anew on the way; the rest of the mesh has converged by then and the sum's relative tolerance no
-// longer notices. A level has a quarter of the pixels of the next, so this costs little. Images with
-// less than min_side_px are not used: smoothness, which does not shrink with the pixels, would be
-// all there is.
+// Every level gets more rounds than the next finer one, and a finer tolerance than the finest. What
+// is many pixels off - a facet that bridges a depth step, a niche that the initial mesh covers - can
+// only move there, within the few pixels over which windows correlate, and moves far only when
+// visibility is frozen anew on the way; the rest of the mesh has converged by then and the sum's
+// relative tolerance no longer notices. A level has a quarter of the pixels of the next, so this
+// costs little. Images with less than min_side_px are not used: smoothness, which does not shrink
+// with the pixels, would be all there is.
 #pragma once
 
 #include <functional>

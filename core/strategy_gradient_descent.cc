@@ -1,33 +1,14 @@
 // The paper's minimiser: gradient steps of one length and umbrella steps.
-#include <ceres/cost_function.h>
 #include <ceres/problem.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "core/block_energy.h"
 #include "core/stopwatch.h"
 #include "core/strategies.h"
 
 namespace burin {
-namespace {
-
-// 1/2 |r|^2 of residual blocks whose terms have no evaluation callback, at their present parameters.
-double EnergyOfBlocks(const ceres::Problem& problem,
-                      const std::vector<ceres::ResidualBlockId>& blocks) {
-  double energy = 0;
-  std::vector<double*> parameters;
-  std::vector<double> residuals;
-  for (const ceres::ResidualBlockId block : blocks) {
-    const ceres::CostFunction* cost = problem.GetCostFunctionForResidualBlock(block);
-    problem.GetParameterBlocksForResidualBlock(block, &parameters);
-    residuals.resize(cost->num_residuals());
-    cost->Evaluate(parameters.data(), residuals.data(), nullptr);
-    for (const double r : residuals) energy += 0.5 * r * r;
-  }
-  return energy;
-}
-
-}  // namespace
 
 // The paper's minimiser: V <- V - step * dE_photo/dV, then V <- V + umbrella_step * (neighbours'
 // mean - V). The step is fixed for the round so that the 99th percentile of the first move is
@@ -79,7 +60,7 @@ SolveSummary SolveGradientDescent(const SolveTask& task, const SolverOptions& op
     }
     IterationRecord record;
     record.iteration = iteration;
-    record.energy = energy + EnergyOfBlocks(*task.problem, smoothness_blocks);
+    record.energy = energy + BlockEnergy(*task.problem, smoothness_blocks);
     for (double m : magnitude) record.gradient_max = std::max(record.gradient_max, m);
     if (iteration == 0 && !magnitude.empty()) {
       const size_t rank = magnitude.size() * 99 / 100;

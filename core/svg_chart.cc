@@ -104,8 +104,8 @@ void FitAxes(const ChartPanel& panel, Axis* x, Axis* y) {
       y->high = std::max(y->high, y->Raw(series.y[k]));
     }
   }
+  if (y->Shows(panel.max_y)) y->high = std::min(y->high, y->Raw(panel.max_y));
   for (Axis* axis : {x, y}) {
-    if (axis == y && y->Shows(panel.max_y)) y->high = std::min(y->high, y->Raw(panel.max_y));
     if (!(axis->low <= axis->high)) {
       axis->low = 0;  // nothing to show
       axis->high = 1;
@@ -163,9 +163,10 @@ std::string PanelText(const ChartPanel& panel, double left, double top) {
     svg += Line(x.from, place, x.to, place, "class=\"grid\"");
     svg += Text(x.from - 7, place + 4, TickText(tick), "class=\"tick\" text-anchor=\"end\"");
   }
-  svg += "<rect x=\"" + Number(x.from) + "\" y=\"" + Number(y.to) + "\" width=\"" +
-         Number(x.to - x.from) + "\" height=\"" + Number(y.from - y.to) +
-         "\" fill=\"none\" stroke=\"#444\"/>\n";
+  const std::string frame = "<rect x=\"" + Number(x.from) + "\" y=\"" + Number(y.to) +
+                            "\" width=\"" + Number(x.to - x.from) + "\" height=\"" +
+                            Number(y.from - y.to) + "\"";
+  svg += frame + " fill=\"none\" stroke=\"#444\"/>\n";
   svg += Text((x.from + x.to) / 2, y.from + 38, panel.x_label, "text-anchor=\"middle\"");
   const double label_x = left + 14;
   const double label_y = (y.from + y.to) / 2;
@@ -173,9 +174,8 @@ std::string PanelText(const ChartPanel& panel, double left, double top) {
               "text-anchor=\"middle\" transform=\"rotate(-90 " + Number(label_x) + " " +
                   Number(label_y) + ")\"");
   const std::string clip = "panel-" + Number(left) + "-" + Number(top);
-  svg += "<clipPath id=\"" + clip + "\"><rect x=\"" + Number(x.from) + "\" y=\"" + Number(y.to) +
-         "\" width=\"" + Number(x.to - x.from) + "\" height=\"" + Number(y.from - y.to) +
-         "\"/></clipPath>\n<g clip-path=\"url(#" + clip + ")\">\n";
+  svg += "<clipPath id=\"" + clip + "\">" + frame + "/></clipPath>\n<g clip-path=\"url(#" + clip +
+         ")\">\n";
   for (const ChartSeries& series : panel.series) {
     std::string points;
     std::string markers;

@@ -193,12 +193,13 @@ SyntheticLayout OccludersLayout(const SyntheticOptions& options) {
 
 SyntheticLayout ScanLayout(const SyntheticOptions& options, const TriangleMesh& scan) {
   if (scan.faces.empty()) throw InputError("synth.scene = scan: needs a mesh with faces");
-  const double diagonal = BoundingDiagonal(scan);
+  const Eigen::AlignedBox3d box = BoundingBox(scan);
+  const double diagonal = box.diagonal().norm();
   if (!(diagonal > 0) || !std::isfinite(diagonal)) {
     throw InputError("synth.scene = scan: the mesh has no finite extent");
   }
   SyntheticLayout layout;
-  const Eigen::Vector3d center = BoundingBox(scan).center();
+  const Eigen::Vector3d center = box.center();
   double radius = 0;
   for (const Eigen::Vector3d& vertex : scan.vertices) {
     radius = std::max(radius, (vertex - center).norm());

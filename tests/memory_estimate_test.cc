@@ -144,7 +144,7 @@ TEST(MemoryEstimate, ALimitBelowTheEstimateIsAnErrorThatSaysWhatFits) {
   }
   // What it offers is accepted.
   options.refinement.level.finest = 1;
-  options.refinement.level.count = 3;
+  options.refinement.level.count = 4;
   EXPECT_NO_THROW(CheckMemory(scene.scene, scene.init, options));
 }
 

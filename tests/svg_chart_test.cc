@@ -61,7 +61,6 @@ TEST(SvgChart, PointsOutsideAnAxisAreLeftOutAndTextIsEscaped) {
   EXPECT_EQ(svg, SvgText(page));
 }
 
-// A curve of one value, or none, has axes all the same.
 TEST(SvgChart, CurvesAboveTheFrameAreCutOff) {
   ChartPage page;
   page.names = {"falls", "explodes"};
@@ -78,6 +77,7 @@ TEST(SvgChart, CurvesAboveTheFrameAreCutOff) {
   EXPECT_EQ(Count(svg, "clip-path=\"url(#panel-"), 1);
 }
 
+// A curve of one value, or none, has axes all the same.
 TEST(SvgChart, DegenerateRangesAreShown) {
   for (const double value : {0.0, 5.0, -3e8, 1e-12}) {
     ChartPage page;
