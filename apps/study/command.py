@@ -105,8 +105,7 @@ def parser() -> argparse.ArgumentParser:
         if name == "run":
             sub.add_argument("--cores", type=int, default=os.cpu_count(), metavar="N",
                              help="cores to use (default: all)")
-            sub.add_argument("snakemake", nargs="*", metavar="-- ARGUMENT",
-                             help="arguments for snakemake in place of --cores")
+            sub.epilog = "What follows -- is handed to snakemake in place of --cores."
     job = commands.add_parser("job", help="one job of the Snakefile, in the study's folder")
     job.add_argument("stage")
     job.add_argument("instance")
@@ -120,7 +119,11 @@ def parser() -> argparse.ArgumentParser:
 
 def main(argv: list[str]) -> int:
     """Exit code: 0, 1 = something failed, 2 = wrong study or command line."""
-    arguments = parser().parse_args(argv)
+    end = argv.index("--") if "--" in argv else len(argv)
+    arguments = parser().parse_args(argv[:end])
+    arguments.snakemake = argv[end + 1:]
+    if arguments.snakemake and arguments.command != "run":
+        parser().error("only run hands arguments to snakemake")
     here = Path(".")
     try:
         if arguments.command == "run":
