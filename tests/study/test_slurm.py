@@ -58,8 +58,6 @@ def one_node_cluster(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterato
     missing = [program for program in PROGRAMS if not shutil.which(program)]
     if missing:
         pytest.skip(f"Slurm is not installed ({missing[0]} is missing): apt-get install slurm-wlm munge")
-    if " " in str(ROOT):
-        pytest.skip(f"Snakemake 7 cannot run a profile's scripts from a path with a space: {ROOT}")
     if os.geteuid() != 0:
         pytest.skip("Slurm's services are started as root only")
     folder = tmp_path / "slurm"
@@ -103,7 +101,9 @@ def one_node_cluster(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterato
 def test_the_same_study_on_slurm(cluster: Path, tmp_path: Path) -> None:
     file = write(tmp_path, TINY)
     output = tmp_path / "results"
-    done = run_study(file, output, "--", "--profile", str(ROOT / "apps/study/slurm"))
+    # Snakemake 7 does not quote the path of a profile's script; ROOT may have a space.
+    profile = shutil.copytree(ROOT / "apps/study/slurm", tmp_path / "profile")
+    done = run_study(file, output, "--", "--profile", str(profile))
     assert done.returncode == 0, done.stderr
     # The scene, two jobs for the initial mesh, four for each variant; tables and report stay here.
     assert len(list((output / "slurm").glob("*.log"))) == 3 + 2 * 4
