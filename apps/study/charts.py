@@ -37,20 +37,26 @@ def svg_of(figure: plt.Figure) -> str:
     return text.getvalue()
 
 
-def error_against_time(runs: pandas.DataFrame, initial: float, unit: str, color: dict[str, tuple]
-                       ) -> str:
-    """Mean and spread over seeds of each variant. `runs`: columns variant, error, total_seconds."""
+def error_against_time(curves: dict[str, list[tuple[float, float]]], runs: pandas.DataFrame,
+                       initial: float, unit: str, color: dict[str, tuple]) -> str:
+    """A line a variant, and the mean and spread over seeds of where it ends.
+
+    `curves`: (seconds, error) at the start and at the end of every level, of one seed. `runs`:
+    columns variant, error, refine_seconds, all seeds.
+    """
     figure, axes = plt.subplots(figsize=(5.6, 3.4))
+    for name, points in curves.items():
+        axes.plot(*zip(*points), color=color[name], linewidth=1.1, marker=".", markersize=4)
     for name, group in runs.groupby("variant", sort=False):
-        spread = group[["total_seconds", "error"]].std().fillna(0)
-        axes.errorbar(group["total_seconds"].mean(), group["error"].mean(),
-                      xerr=spread["total_seconds"], yerr=spread["error"], fmt="o", markersize=5,
+        spread = group[["refine_seconds", "error"]].std().fillna(0)
+        axes.errorbar(group["refine_seconds"].mean(), group["error"].mean(),
+                      xerr=spread["refine_seconds"], yerr=spread["error"], fmt="o", markersize=5,
                       elinewidth=0.8, color=color[name], label=name)
     axes.axhline(initial, color="#999999", linewidth=0.9, linestyle="--", label="initial mesh")
     if initial > 4 * runs["error"].max():
         axes.set_yscale("log")
     axes.set_xlim(left=0)
-    axes.set_xlabel("seconds, whole run")
+    axes.set_xlabel("seconds, refining")
     axes.set_ylabel(f"average error [{unit}]")
     axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8)
     return svg_of(figure)

@@ -45,6 +45,18 @@ def run_command(command: list[str], log: Path) -> tuple[dict, str]:
     return record, out
 
 
+def level_ends(summary: dict) -> list[dict]:
+    """{"level", "seconds"}: when each level of a run ended, since refining began."""
+    ends = []
+    now = 0.0
+    for level in summary["levels"]:
+        now += sum(level["seconds"].values())
+        now += sum(one["seconds"][part] for one in level["rounds"]
+                   for part in ("visibility", "build", "solve"))
+        ends.append({"level": level["level"], "seconds": now})
+    return ends
+
+
 class Job:
     """The jobs of one instance of a scene, and of one variant on it."""
 
@@ -118,7 +130,7 @@ class Job:
                     "run.threads": self.threads}
         self.do("refine", self.folder / "select.json",
                 lambda: ["refine", self.scene_folder(), "--mesh", self.mesh(), "--output",
-                         str(self.folder / "refine"), *flags(options)])
+                         str(self.folder / "refine"), "--level-meshes", *flags(options)])
 
     def evaluation(self, mesh: str) -> list[str]:
         return ["evaluate", "--mesh", mesh, "--truth", self.truth(), "--json",
@@ -129,6 +141,18 @@ class Job:
         self.do("evaluate", self.folder / "refine.json",
                 lambda: self.evaluation(str(self.folder / "refine/refined.ply")), True)
         self.write_script()
+
+    def evaluate_levels(self) -> None:
+        """levels.json: the scores of the mesh at the end of each level, for one curve a variant."""
+        levels = []
+        if not read_json(self.folder / "refine.json")["failed"]:
+            for end in level_ends(read_json(self.folder / "refine/summary.json")):
+                mesh = str(self.folder / f"refine/level_{end['level']}.ply")
+                record, out = run_command([self.burin, *self.evaluation(mesh)],
+                                          self.folder / "levels.log")
+                result = {} if record["failed"] else {"result": json.loads(out)}
+                levels.append(end | {"failed": record["failed"]} | result)
+        write_json(self.folder / "levels.json", {"stage": "levels", "levels": levels})
 
     def picture(self, mesh: str, stage_before: Path) -> None:
         """picture.json: the mesh and its errors from the middle view, in picture.jpg."""
@@ -161,4 +185,5 @@ def run_job(output: Path, stage: str, instance: str, variant: str, threads: int)
         job.picture(str(job.folder / "refine/refined.ply"), job.folder / "refine.json")
     else:
         {"scene": job.make_scene, "initial": job.initial, "select": job.select,
-         "refine": job.refine, "evaluate": job.evaluate}[stage]()
+         "refine": job.refine, "evaluate": job.evaluate,
+         "evaluate_levels": job.evaluate_levels}[stage]()

@@ -12,6 +12,7 @@ from study import charts
 from study.plan import read_json, read_plan, write_if_changed
 from study.ranking import ERROR_MEASURES
 from study.study_file import FOOTPRINT, INITIAL
+from study.table import scores_of
 
 HERE = Path(__file__).resolve().parent
 LABELS = {"accuracy_mean": "acc. mean", "accuracy_median": "acc. median",
@@ -22,8 +23,8 @@ MIME = {".jpg": "image/jpeg", ".svg": "image/svg+xml"}
 
 
 def number(value: float) -> str:
-    """Four significant digits, whole numbers in full."""
-    if value == round(value) and abs(value) < 1e9:
+    """Four significant digits, large and whole numbers in full."""
+    if (value == round(value) or abs(value) >= 1000) and abs(value) < 1e9:
         return str(round(value))
     return f"{value:#.4g}".rstrip(".")
 
@@ -48,8 +49,9 @@ def mark_best(rows: list[dict], column: int, highest: bool) -> None:
         one["best"] = one["text"] == best["text"]
 
 
-def overview(results: dict, color: dict[str, tuple]) -> dict:
+def overview(results: dict, plan: dict, color: dict[str, tuple]) -> dict:
     """Average rank, average error, time and memory of every variant."""
+    units = {str(instance["evaluate"]["unit"]) for instance in plan["instances"].values()}
     rows = []
     for line in results["summary"]:
         cells = [cell([line[key]]) if line[key] is not None else {"text": "–", "sort": ""}
@@ -62,7 +64,8 @@ def overview(results: dict, color: dict[str, tuple]) -> dict:
     mark_best(rows, 0, False)
     mark_best(rows, 1, False)
     return {"id": "overview", "rows": rows,
-            "columns": ["average rank", "average error", "seconds", "MiB", "failed runs"]}
+            "columns": ["average rank", "average error" + (" (mixed units)" if len(units) > 1 else ""),
+                        "seconds", "MiB", "failed runs"]}
 
 
 def scene_table(name: str, runs: pandas.DataFrame, color: dict[str, tuple]) -> dict:
@@ -127,6 +130,25 @@ def pictures(output: Path, key: str, plan: dict) -> list[dict]:
     return found
 
 
+def mean_error(result: dict) -> float:
+    """Mean of the four error measures of `burin evaluate --json`, in its unit."""
+    scores = scores_of(result)
+    return sum(scores[key] for key in ERROR_MEASURES) / len(ERROR_MEASURES)
+
+
+def level_curves(output: Path, plan: dict, key: str) -> dict[str, list[tuple[float, float]]]:
+    """(seconds, average error) at the start and at the end of every level, by variant."""
+    start = read_json(output / "scenes" / key / "initial.json") | {"seconds": 0.0}
+    curves = {}
+    for variant, what in plan["variants"].items():
+        levels = read_json(output / "runs" / key / variant / "levels.json")["levels"]
+        points = [(one["seconds"], mean_error(one["result"])) for one in [start, *levels]
+                  if not one["failed"]]
+        if levels and points:
+            curves[what["name"]] = points
+    return curves
+
+
 def scene_section(output: Path, plan: dict, key: str, runs: pandas.DataFrame,
                   color: dict[str, tuple]) -> dict:
     """One scene: its table, figures and pictures. `key`: the instance with the first seed."""
@@ -143,10 +165,12 @@ def scene_section(output: Path, plan: dict, key: str, runs: pandas.DataFrame,
         done["error"] = done[list(ERROR_MEASURES)].mean(axis="columns")
         initial = done.loc[done["variant"] == INITIAL, "error"].mean()
         section["figures"].append({
-            "caption": "Average error (mean of the four error measures) against time; bars: spread "
-                       "over seeds.",
+            "caption": "Average error (mean of the four error measures) against time: at the end of "
+                       "each level of the first seed (lines), and of whole runs (circles: mean over "
+                       "seeds; bars: spread).",
             "uri": data_uri(charts.error_against_time(
-                done[done["variant"] != INITIAL], initial, unit, color))})
+                level_curves(output, plan, key), done[done["variant"] != INITIAL], initial, unit,
+                color))})
         folders = {what["name"]: output / "runs" / key / variant / "refine"
                    for variant, what in plan["variants"].items()
                    if not read_json(output / "runs" / key / variant / "refine.json")["failed"]}
@@ -170,7 +194,7 @@ def write_report(output: Path) -> None:
                       for one in plan["instances"].values()) for key in first}
     write_if_changed(output / "report.html", environment.get_template("report.html.j2").render(
         plan=plan, results=results, variant_count=len(names), seeds=list(seeds.values()),
-        run_count=len(plan["instances"]) * len(names), overview=overview(results, color),
+        run_count=len(plan["instances"]) * len(names), overview=overview(results, plan, color),
         scenes=[scene_section(output, plan, key, runs, color) for key in first],
         options=differing(plan), ranks=rank_table(results, names),
         failures=[row for row in results["runs"] if row["failed"]],
