@@ -9,13 +9,14 @@
 
 #include "apps/commands.h"
 #include "apps/memory_limit.h"
+#include "apps/stop_signals.h"
 #include "core/did_you_mean.h"
 #include "core/error.h"
 
 namespace burin {
 namespace {
 
-int Fail(const char* message, ExitCode code) noexcept {
+int Fail(const char* message, int code) noexcept {
   // Messages may quote what a user typed or a file holds; the promise is one line.
   std::fputs("burin: error: ", stderr);
   for (const char* c = message; *c != '\0'; ++c) {
@@ -92,6 +93,8 @@ int RunCommandLine(int argc, const char* const* argv) {
     return ParseAndRun(argc, argv);
   } catch (const InputError& error) {
     return Fail(error.what(), kExitBadInput);
+  } catch (const Interrupted& interruption) {
+    return Fail(interruption.what(), kExitInterrupted + interruption.signal());
   } catch (const MemoryLimitError& error) {
     return Fail(error.what(), kExitOutOfMemory);
   } catch (const std::bad_alloc&) {

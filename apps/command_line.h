@@ -8,6 +8,7 @@ enum ExitCode {
   kExitFailure = 1,   // a fault of burin or of the machine
   kExitBadInput = 2,  // the command line, a file or an option; nothing was half-written
   kExitOutOfMemory = 3,
+  kExitInterrupted = 128,  // + the signal's number: 130 for SIGINT, 143 for SIGTERM
 };
 
 // Runs the command named in argv. Every failure is one line on standard error that begins with

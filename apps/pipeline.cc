@@ -37,7 +37,7 @@ void PipelineOptions::Check() const {
 
 PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
                            const PipelineOptions& options, const RefinementHooks& hooks,
-                           const PairSelection* selection) {
+                           const PairSelection* selection, const RefinementState* start) {
   const PipelineOptions checked = options;  // a hook may change the caller's
   checked.Check();
   SetThreadCount(checked.threads);
@@ -49,7 +49,7 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
   PhotometricEnergy photometric(checked.photo);
   SmoothnessEnergy smoothness(checked.smooth);
   result.mesh = Refine(scene, mesh, result.selection.pairs, checked.refinement,
-                       {&photometric, &smoothness}, hooks, &result.refinement);
+                       {&photometric, &smoothness}, hooks, &result.refinement, start);
   return result;
 }
 

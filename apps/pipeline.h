@@ -41,9 +41,10 @@ struct PipelineResult {
 };
 
 // Throws InputError for anything wrong with scene, mesh or options. `selection` may hold what
-// SelectPairs made of the same scene, mesh and options.
+// SelectPairs made of the same scene, mesh and options. `start`: see Refine().
 PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
                            const PipelineOptions& options, const RefinementHooks& hooks = {},
-                           const PairSelection* selection = nullptr);
+                           const PairSelection* selection = nullptr,
+                           const RefinementState* start = nullptr);
 
 }  // namespace burin

@@ -2,10 +2,12 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "apps/checkpoint.h"
 #include "apps/commands.h"
 #include "apps/debug_images.h"
 #include "apps/option_binding.h"
@@ -13,10 +15,13 @@
 #include "apps/pipeline.h"
 #include "apps/progress.h"
 #include "apps/run_output.h"
+#include "apps/stop_signals.h"
 #include "core/atomic_file.h"
 #include "core/colmap.h"
 #include "core/config.h"
+#include "core/error.h"
 #include "core/mesh_io.h"
+#include "core/parallel.h"
 #include "core/picture.h"
 #include "core/render.h"
 #include "core/stopwatch.h"
@@ -30,9 +35,15 @@ struct RefineCommand {
   std::string scene_path;
   std::string mesh_path;
   std::string output_path;
+  std::string resume_path;
   bool pictures = false;
   bool debug_images = false;
+  bool level_meshes = false;
   void Run();
+  // Everything the command line would have given, from the checkpoint of --resume.
+  void TakeFrom(const Checkpoint& checkpoint);
+  Checkpoint FirstCheckpoint(const Scene& scene, const TriangleMesh& mesh,
+                             const std::vector<CameraPair>& pairs) const;
   void WritePictures(const std::filesystem::path& folder, const Scene& scene,
                      const TriangleMesh& before, const TriangleMesh& after) const;
 };
@@ -56,6 +67,19 @@ std::string RoundText(const RoundContext& context, const TriangleMesh& mesh,
   return text.str();
 }
 
+// A run that has been finished in this folder and not begun anew.
+bool IsComplete(const std::filesystem::path& folder) {
+  return !std::filesystem::exists(CheckpointPath(folder)) &&
+         std::filesystem::exists(folder / "summary.json");
+}
+
+void CheckUnchanged(const Checkpoint& checkpoint, const Scene& scene, const TriangleMesh& mesh) {
+  if (checkpoint.inputs != InputsFingerprint(scene, mesh)) {
+    throw InputError("--resume: " + checkpoint.scene_path + " or " + checkpoint.mesh_path +
+                     " is not what it was when the run began");
+  }
+}
+
 // The middle view of the scene: its photograph and both meshes, shaded from its camera.
 void RefineCommand::WritePictures(const std::filesystem::path& folder, const Scene& scene,
                                   const TriangleMesh& before, const TriangleMesh& after) const {
@@ -68,8 +92,51 @@ void RefineCommand::WritePictures(const std::filesystem::path& folder, const Sce
                  {view.name, "before", "after"}));
 }
 
+void RefineCommand::TakeFrom(const Checkpoint& checkpoint) {
+  PipelineOptions defaults;
+  OptionSet default_set;
+  defaults.Describe(&default_set);
+  defaults.threads = options.threads;
+  if (OptionsJson(set) != OptionsJson(default_set)) {
+    throw InputError("--resume: goes on with the options of the run in " + resume_path +
+                     "; only --run.threads may be given");
+  }
+  ParseConfig(checkpoint.config, CheckpointPath(resume_path).string(), &set);
+  options.threads = defaults.threads;
+  output_path = resume_path;
+  scene_path = checkpoint.scene_path;
+  mesh_path = checkpoint.mesh_path;
+  pictures = checkpoint.pictures;
+  debug_images = checkpoint.debug_images;
+  level_meshes = checkpoint.level_meshes;
+}
+
+Checkpoint RefineCommand::FirstCheckpoint(const Scene& scene, const TriangleMesh& mesh,
+                                          const std::vector<CameraPair>& pairs) const {
+  Checkpoint checkpoint;
+  checkpoint.scene_path = std::filesystem::absolute(scene_path).string();
+  checkpoint.mesh_path = std::filesystem::absolute(mesh_path).string();
+  checkpoint.config = ConfigText(set);
+  checkpoint.inputs = InputsFingerprint(scene, mesh);
+  checkpoint.pictures = pictures;
+  checkpoint.debug_images = debug_images;
+  checkpoint.level_meshes = level_meshes;
+  checkpoint.pairs = pairs;
+  return checkpoint;
+}
+
 void RefineCommand::Run() {
   const Stopwatch watch;
+  const StopSignals signals;
+  Checkpoint checkpoint;
+  if (!resume_path.empty()) {
+    if (IsComplete(resume_path)) {
+      std::cout << resume_path << ": the run is complete, there is nothing to resume\n";
+      return;
+    }
+    checkpoint = ReadCheckpoint(CheckpointPath(resume_path));
+    TakeFrom(checkpoint);
+  }
   options.Check();
   const OutputFolder output(output_path);
   const std::filesystem::path& folder = output.path();
@@ -79,6 +146,8 @@ void RefineCommand::Run() {
   inputs.memory = CheckMemory(LoadColmapScene(scene_path, /*with_images=*/false), mesh, options);
   const Scene scene = LoadColmapScene(scene_path);
   CheckMeshIsSeen(scene, mesh, mesh_path);
+  if (!resume_path.empty()) CheckUnchanged(checkpoint, scene, mesh);
+  signals.ThrowIfCaught();
   inputs.command_line = "burin refine " + scene_path + " --mesh " + mesh_path + " --output " +
                         output_path + " --config " + (folder / "config.toml").string();
   inputs.scene_path = scene_path;
@@ -95,12 +164,34 @@ void RefineCommand::Run() {
   std::vector<std::string> names;
   for (const View& view : scene.views) names.push_back(view.name);
   if (debug_images) std::filesystem::create_directories(folder / "debug");
-  std::vector<RefinementEvent> events;
+  const std::filesystem::path checkpoint_path = CheckpointPath(folder);
+  SetThreadCount(options.threads);
+  const Stopwatch selection_watch;
+  const PairSelection selection = SelectPairs(scene, mesh, options.pairs);
+  const double selection_seconds = selection_watch.Seconds();
+  signals.ThrowIfCaught();
+  RemoveTemporaries(folder);
+  if (resume_path.empty()) {
+    checkpoint = FirstCheckpoint(scene, mesh, selection.pairs);
+    WriteCheckpoint(checkpoint_path, checkpoint);
+  } else if (checkpoint.pairs != selection.pairs) {
+    throw InputError("--resume: the camera pairs are not those that the run began with");
+  }
+  const std::optional<RefinementState> start = checkpoint.state;
   RefinementHooks hooks;
   hooks.on_iteration = [&](const RefinementEvent& event) {
-    events.push_back(event);
+    checkpoint.events.push_back(event);
     progress.Update(event.done, EventText(event));
-    return true;
+    return signals.Caught() == 0;
+  };
+  if (level_meshes) {
+    hooks.on_level = [&](int level, const TriangleMesh& now) {
+      WriteMesh(folder / ("level_" + std::to_string(level) + ".ply"), now);
+    };
+  }
+  hooks.on_state = [&](const RefinementState& state) {
+    checkpoint.state = state;
+    WriteCheckpoint(checkpoint_path, checkpoint);
   };
   hooks.on_round = [&](const RoundContext& context, const TriangleMesh& now,
                        const RoundSummary& round) {
@@ -111,18 +202,28 @@ void RefineCommand::Run() {
       WriteDebugImages(folder / "debug", level, context, options.photo, names);
     }
   };
-  const PipelineResult result = RunPipeline(scene, mesh, options, hooks);
+  PipelineResult result =
+      RunPipeline(scene, mesh, options, hooks, &selection, start.has_value() ? &*start : nullptr);
+  result.selection_seconds = selection_seconds;
   for (const std::string& warning : result.selection.warnings) {
     progress.Line("no partner: " + warning);
   }
   progress.End();
 
   WriteMesh(folder / "refined.ply", result.mesh);
-  WriteTextAtomically(folder / "trace.csv", TraceCsv(events));
+  WriteTextAtomically(folder / "trace.csv", TraceCsv(checkpoint.events));
   WriteTextAtomically(folder / "config.toml", ConfigText(set));
   if (pictures) WritePictures(folder, scene, mesh, result.mesh);
-  WriteTextAtomically(folder / "summary.json",
-                      SummaryJson(inputs, options, result, watch.Seconds()).dump(2) + "\n");
+  nlohmann::ordered_json summary = SummaryJson(inputs, options, result, watch.Seconds());
+  summary["complete"] = signals.Caught() == 0;
+  WriteTextAtomically(folder / "summary.json", summary.dump(2) + "\n");
+  if (signals.Caught() != 0) {
+    throw Interrupted(signals.Caught(),
+                      (folder / "refined.ply").string() +
+                          " is the mesh so far; to go on: burin refine --resume " +
+                          folder.string());
+  }
+  std::filesystem::remove(checkpoint_path);
   std::cout << "wrote " << (folder / "refined.ply").string() << ": " << result.mesh.vertices.size()
             << " vertices, " << result.mesh.faces.size() << " faces; "
             << result.selection.pairs.size() << " pairs, " << std::lround(watch.Seconds()) << " s, "
@@ -135,24 +236,41 @@ void AddRefineCommand(CLI::App* program) {
   CLI::App* app = program->add_subcommand("refine", "refine a mesh against its photographs");
   const auto command = std::make_shared<RefineCommand>();
   command->options.Describe(&command->set);
-  app->add_option("scene", command->scene_path,
-                  "COLMAP workspace: images/ and sparse/ or sparse/0/, text or binary")
-      ->option_text("SCENE_DIR (required)")
-      ->required();
-  app->add_option("--mesh", command->mesh_path, "mesh to start from: PLY, OBJ or OFF")
-      ->option_text("FILE (required)")
-      ->required();
-  app->add_option("--output", command->output_path,
-                  "folder for refined.ply, summary.json and trace.csv")
-      ->option_text("DIR (required)")
-      ->required();
-  app->add_flag("--pictures", command->pictures,
-                "also write before_after.png: the middle view and both meshes seen from it");
-  app->add_flag("--debug.images", command->debug_images,
-                "also write debug/: per level and view, the taps its windows keep and its first "
-                "pair's errors with and without masks");
+  const std::vector<CLI::Option*> inputs = {
+      app->add_option("scene", command->scene_path,
+                      "COLMAP workspace: images/ and sparse/ or sparse/0/, text or binary")
+          ->option_text("SCENE_DIR (required)"),
+      app->add_option("--mesh", command->mesh_path, "mesh to start from: PLY, OBJ or OFF")
+          ->option_text("FILE (required)"),
+      app->add_option("--output", command->output_path,
+                      "folder for refined.ply, summary.json and trace.csv")
+          ->option_text("DIR (required)")};
+  CLI::Option* pictures =
+      app->add_flag("--pictures", command->pictures,
+                    "also write before_after.png: the middle view and both meshes seen from it");
+  CLI::Option* level_meshes =
+      app->add_flag("--level-meshes", command->level_meshes,
+                    "also write level_N.ply, the mesh at the end of pyramid level N");
+  CLI::Option* debug_images =
+      app->add_flag("--debug.images", command->debug_images,
+                    "also write debug/: per level and view, the taps its windows keep and its "
+                    "first pair's errors with and without masks");
+  CLI::Option* resume =
+      app->add_option("--resume", command->resume_path,
+                      "instead of all that: go on with the interrupted run in this folder, to the "
+                      "same mesh; --run.threads may be given")
+          ->option_text("DIR")
+          ->excludes(pictures)
+          ->excludes(level_meshes)
+          ->excludes(debug_images);
+  for (CLI::Option* input : inputs) resume->excludes(input);
   BindOptions(&command->set, app, {}, [command] { command->options.Check(); });
-  app->callback([command] { command->Run(); });
+  app->callback([command, inputs, resume] {
+    for (const CLI::Option* input : inputs) {
+      if (resume->empty() && input->empty()) throw CLI::RequiredError(input->get_name());
+    }
+    command->Run();
+  });
 }
 
 }  // namespace burin

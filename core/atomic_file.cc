@@ -8,11 +8,16 @@
 #include "core/error.h"
 
 namespace burin {
+namespace {
+
+constexpr char kMark[] = ".burin-tmp";
+
+}  // namespace
 
 void WriteAtomically(const std::filesystem::path& target,
                      const std::function<void(const std::filesystem::path&)>& write) {
   std::filesystem::path temporary = target;
-  temporary.replace_filename("." + target.stem().string() + ".tmp" + std::to_string(getpid()) +
+  temporary.replace_filename("." + target.stem().string() + kMark + std::to_string(getpid()) +
                              target.extension().string());
   std::error_code error;
   try {
@@ -36,6 +41,16 @@ void WriteTextAtomically(const std::filesystem::path& target, const std::string&
     file.close();
     if (!file) throw InputError(target, "cannot be written");
   });
+}
+
+void RemoveTemporaries(const std::filesystem::path& folder) {
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string();
+    if (name[0] == '.' && name.find(kMark) != std::string::npos) {
+      std::filesystem::remove(entry.path(), error);
+    }
+  }
 }
 
 }  // namespace burin

@@ -17,4 +17,7 @@ void WriteAtomically(const std::filesystem::path& target,
 // The same for text that is at hand.
 void WriteTextAtomically(const std::filesystem::path& target, const std::string& text);
 
+// Removes what a process that was killed while it wrote has left in `folder`.
+void RemoveTemporaries(const std::filesystem::path& folder);
+
 }  // namespace burin

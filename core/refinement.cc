@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "core/error.h"
 #include "core/hidden_folds.h"
@@ -98,165 +99,257 @@ void RefinementOptions::Describe(OptionSet* set) {
            {"relax", "keep"});
 }
 
+namespace {
+
+class CoarseToFine {
+ public:
+  CoarseToFine(const Scene& scene, const std::vector<CameraPair>& pairs,
+               const RefinementOptions& options, const std::vector<EnergyTerm*>& terms,
+               const RefinementHooks& hooks)
+      : scene_(scene), pairs_(pairs), options_(options), terms_(terms), hooks_(hooks) {}
+  TriangleMesh Run(const TriangleMesh& input, const RefinementState* start);
+  RefinementSummary TakeSummary() { return std::move(state_.summary); }
+
+ private:
+  int RoundsOf(int level) const {
+    return options_.level.rounds + (level - options_.level.finest) * options_.level.extra_rounds;
+  }
+  void SetWork();
+  // The images of state_.level.
+  void MakeViews();
+  // Cuts the mesh to the level's pixels.
+  void BeginLevel();
+  void RunRound();
+  // Minimises the terms on the frozen round from `mesh_` on; the new positions.
+  std::vector<Eigen::Vector3d> Solve(const RoundContext& context, RoundSummary* summary);
+  bool Report(const IterationRecord& record);
+  RoundTrial SolveByHook(RoundProblem* round, const RoundContext& context);
+  TriangleMesh InWorld(TriangleMesh mesh) const;
+
+  const Scene& scene_;
+  const std::vector<CameraPair>& pairs_;
+  const RefinementOptions& options_;
+  const std::vector<EnergyTerm*>& terms_;
+  const RefinementHooks& hooks_;
+
+  const Stopwatch watch_;
+  Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
+  double footprint_ = 1;
+  int first_level_ = 0;
+  RefinementState state_;
+  // Of the level in work.
+  std::vector<LevelView> views_;
+  TriangleMesh mesh_;  // state_.mesh in the order of state_.order
+  SolverOptions solver_;
+  // Work is proportional to pixels: level l has 4^-l of them.
+  double work_total_ = 0;
+  double work_done_ = 0;
+  bool stopped_ = false;
+};
+
+TriangleMesh CoarseToFine::InWorld(TriangleMesh mesh) const {
+  for (Eigen::Vector3d& vertex : mesh.vertices) vertex = vertex * footprint_ + origin_;
+  return mesh;
+}
+
+void CoarseToFine::SetWork() {
+  for (int level = first_level_; level >= options_.level.finest; --level) {
+    const double work = std::ldexp(1.0, -2 * level);
+    work_total_ += RoundsOf(level) * work;
+    if (level > state_.level) work_done_ += RoundsOf(level) * work;
+    if (level == state_.level) work_done_ += state_.round * work;
+  }
+}
+
+void CoarseToFine::MakeViews() {
+  ReturnFreeMemory();
+  const Stopwatch watch;
+  views_ = MakeLevelViews(scene_, state_.level, origin_, 1 / footprint_);
+  for (EnergyTerm* term : terms_) term->BeginLevel(views_);
+  solver_ = options_.solver;
+  if (state_.level > options_.level.finest) {
+    solver_.function_tolerance = options_.level.coarse_tolerance;
+  }
+  if (state_.round == 0) state_.summary.levels.emplace_back();
+  state_.summary.levels.back().image_seconds += watch.Seconds();
+}
+
+void CoarseToFine::BeginLevel() {
+  const Stopwatch watch;
+  std::vector<Camera> cameras;
+  cameras.reserve(views_.size());
+  for (const LevelView& view : views_) cameras.push_back(view.camera);
+  SubdivisionOptions subdivision;
+  subdivision.max_facet_px = options_.level.max_facet_px;
+  subdivision.max_edge_px = options_.level.max_edge_px;
+  const SubdivisionReport split = SplitLargeFaces(&state_.mesh, cameras, subdivision);
+  std::vector<char>& was_supported = state_.was_supported;
+  for (const std::array<int, 2>& parents : split.new_vertex_parents) {
+    was_supported.push_back(
+        static_cast<char>(was_supported[parents[0]] & was_supported[parents[1]]));
+  }
+  state_.order = OrderAlongCurve(state_.mesh);
+  LevelSummary& level = state_.summary.levels.back();
+  level.subdivide_seconds = watch.Seconds();
+  level.level = state_.level;
+  level.width = views_[0].camera.width;
+  level.height = views_[0].camera.height;
+  level.vertices = static_cast<int>(state_.mesh.vertices.size());
+  level.faces = static_cast<int>(state_.mesh.faces.size());
+}
+
+bool CoarseToFine::Report(const IterationRecord& record) {
+  if (!hooks_.on_iteration) return true;
+  RefinementEvent event;
+  event.level = state_.level;
+  event.round = state_.round;
+  const double share =
+      solver_.max_iterations > 0
+          ? std::min(1.0, static_cast<double>(record.iteration) / solver_.max_iterations)
+          : 1.0;
+  event.done = (work_done_ + share * std::ldexp(1.0, -2 * state_.level)) / work_total_;
+  event.iteration = record;
+  if (!hooks_.on_iteration(event)) stopped_ = true;
+  return !stopped_;
+}
+
+RoundTrial CoarseToFine::SolveByHook(RoundProblem* round, const RoundContext& context) {
+  const int unknowns = round->Unknowns();
+  FrozenRound frozen;
+  frozen.level = state_.level;
+  frozen.round = state_.round;
+  frozen.unknowns = unknowns;
+  frozen.context = &context;
+  frozen.world_mesh = [&](const std::vector<Eigen::Vector3d>& now) {
+    TriangleMesh moved = state_.mesh;
+    RestoreVertices({now, {}}, state_.order, &moved);
+    return InWorld(std::move(moved));
+  };
+  frozen.solve = [&](const std::string& name, const auto& on_iteration) {
+    return round->Try(StrategyFor(name, unknowns, solver_), solver_, mesh_.vertices, on_iteration);
+  };
+  return hooks_.solve_round(frozen);
+}
+
+std::vector<Eigen::Vector3d> CoarseToFine::Solve(const RoundContext& context,
+                                                 RoundSummary* summary) {
+  const Stopwatch build_watch;
+  for (EnergyTerm* term : terms_) term->BeginRound(context);
+  std::vector<Eigen::Vector3d> positions = mesh_.vertices;
+  RoundProblem round(terms_, context, &positions);
+  summary->build_seconds = build_watch.Seconds();
+  round.task.pixel = std::ldexp(1.0, state_.level);
+  round.task.on_iteration = [&](const IterationRecord& record) { return Report(record); };
+  if (hooks_.solve_round) {
+    RoundTrial trial = SolveByHook(&round, context);
+    summary->energy_initial = std::move(trial.energy_initial);
+    summary->solve = std::move(trial.solve);
+    summary->energy_final = std::move(trial.energy_final);
+    summary->solve_seconds = trial.seconds;
+    return std::move(trial.vertices);
+  }
+  const Stopwatch solve_watch;
+  const Strategy& strategy = StrategyFor(solver_.type, round.Unknowns(), solver_);
+  summary->energy_initial = round.EnergyByTerm();
+  summary->solve = strategy.solve(round.task, solver_);
+  summary->solve.strategy = strategy.name;
+  summary->energy_final = round.EnergyByTerm();
+  summary->solve_seconds = solve_watch.Seconds();
+  return positions;
+}
+
+void CoarseToFine::RunRound() {
+  RoundSummary summary;
+  summary.round = state_.round;
+  const Stopwatch visibility_watch;
+  std::vector<ViewDomain> domains;
+  RoundContext context = FreezeRound(views_, pairs_, mesh_,
+                                     options_.motion == "free" ? Motion::kFree : Motion::kNormal,
+                                     options_.level.border_px, &domains);
+  context.first_level = state_.level == first_level_;
+  const bool relax_hidden = options_.hidden == "relax";
+  if (relax_hidden) {
+    for (size_t v = 0; v < state_.order.vertex.size(); ++v) {
+      char& was = state_.was_supported[state_.order.vertex[v]];
+      was = static_cast<char>(was | context.supported[v]);
+      context.was_supported[v] = was;
+    }
+  }
+  summary.visibility_seconds = visibility_watch.Seconds();
+  for (const ViewDomain& domain : domains) {
+    for (const int64_t pixels : domain.pair_pixels) summary.pair_pixels += pixels;
+  }
+  summary.supported_vertices =
+      static_cast<int>(std::count(context.supported.begin(), context.supported.end(), 1));
+  if (summary.pair_pixels == 0) {
+    throw InputError("no camera pair sees a common part of the mesh at level " +
+                     std::to_string(state_.level) +
+                     ": every facet is out of view, hidden or seen from behind");
+  }
+  std::vector<Eigen::Vector3d> positions = Solve(context, &summary);
+  if (summary.solve.usable) mesh_.vertices = std::move(positions);
+  if (relax_hidden) {
+    summary.relaxed_vertices = RelaxHiddenFolds(context, kRelaxSweeps, &mesh_);
+  }
+  RestoreVertices(mesh_, state_.order, &state_.mesh);
+  for (EnergyTerm* term : terms_) summary.terms[term->Name()] = term->RoundReport();
+  if (hooks_.on_round) hooks_.on_round(context, mesh_, summary);
+  state_.summary.levels.back().rounds.push_back(std::move(summary));
+  work_done_ += std::ldexp(1.0, -2 * state_.level);
+}
+
+TriangleMesh CoarseToFine::Run(const TriangleMesh& input, const RefinementState* start) {
+  CHECK(!input.vertices.empty());
+  origin_ = BoundingBox(input).center();
+  footprint_ = MedianFootprint(scene_, input);
+  if (footprint_ <= 0) {
+    throw InputError("no vertex of the mesh projects into any of the " +
+                     std::to_string(scene_.views.size()) +
+                     " views: mesh and cameras are not in the same coordinate frame");
+  }
+  first_level_ = CoarsestLevel(scene_, options_.level);
+  if (start != nullptr) {
+    state_ = *start;
+  } else {
+    state_.level = first_level_;
+    state_.mesh = input;
+    for (Eigen::Vector3d& vertex : state_.mesh.vertices) vertex = (vertex - origin_) / footprint_;
+    state_.was_supported.assign(input.vertices.size(), 0);
+    state_.summary.footprint = footprint_;
+  }
+  SetWork();
+  const double seconds_before = state_.summary.seconds;
+  while (state_.level >= options_.level.finest && !stopped_) {
+    MakeViews();
+    if (state_.round == 0) BeginLevel();
+    mesh_ = Ordered(state_.mesh, state_.order);
+    const int level = state_.level;
+    while (state_.level == level && !stopped_) {
+      RunRound();
+      state_.summary.seconds = seconds_before + watch_.Seconds();
+      if (stopped_) break;
+      if (++state_.round == RoundsOf(level)) {
+        if (hooks_.on_level) hooks_.on_level(level, InWorld(state_.mesh));
+        --state_.level;
+        state_.round = 0;
+        state_.order = MeshOrder();
+      }
+      if (hooks_.on_state) hooks_.on_state(state_);
+    }
+  }
+  return InWorld(std::move(state_.mesh));
+}
+
+}  // namespace
+
 TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
                     const std::vector<CameraPair>& pairs, const RefinementOptions& options,
                     const std::vector<EnergyTerm*>& terms, const RefinementHooks& hooks,
-                    RefinementSummary* summary) {
-  const Stopwatch total;
-  CHECK(!input.vertices.empty());
-  const Eigen::Vector3d origin = BoundingBox(input).center();
-  const double footprint = MedianFootprint(scene, input);
-  if (footprint <= 0) {
-    throw InputError("no vertex of the mesh projects into any of the " +
-                     std::to_string(scene.views.size()) +
-                     " views: mesh and cameras are not in the same coordinate frame");
-  }
-  summary->footprint = footprint;
-  // As the caller knows it: input vertices first, then new ones as they are made.
-  TriangleMesh result = input;
-  for (Eigen::Vector3d& vertex : result.vertices) vertex = (vertex - origin) / footprint;
-  const Motion motion = options.motion == "free" ? Motion::kFree : Motion::kNormal;
-
-  // Work is proportional to pixels: level l has 4^-l of them.
-  double work_total = 0;
-  double work_done = 0;
-  const int last = options.level.finest;
-  const int first = CoarsestLevel(scene, options.level);
-  const auto rounds_of = [&](int level) {
-    return options.level.rounds + (level - last) * options.level.extra_rounds;
-  };
-  for (int level = first; level >= last; --level) {
-    work_total += rounds_of(level) * std::ldexp(1.0, -2 * level);
-  }
-  const bool relax_hidden = options.hidden == "relax";
-  // Of the vertices of `result`: some pair has seen a facet of theirs.
-  std::vector<char> was_supported(result.vertices.size(), 0);
-  bool stopped = false;
-  for (int level = first; level >= last && !stopped; --level) {
-    ReturnFreeMemory();
-    LevelSummary level_summary;
-    level_summary.level = level;
-    Stopwatch image_watch;
-    const std::vector<LevelView> views = MakeLevelViews(scene, level, origin, 1 / footprint);
-    for (EnergyTerm* term : terms) term->BeginLevel(views);
-    level_summary.image_seconds = image_watch.Seconds();
-    Stopwatch subdivide_watch;
-    std::vector<Camera> cameras;
-    cameras.reserve(views.size());
-    for (const LevelView& view : views) cameras.push_back(view.camera);
-    SubdivisionOptions subdivision;
-    subdivision.max_facet_px = options.level.max_facet_px;
-    subdivision.max_edge_px = options.level.max_edge_px;
-    const SubdivisionReport split = SplitLargeFaces(&result, cameras, subdivision);
-    for (const std::array<int, 2>& parents : split.new_vertex_parents) {
-      was_supported.push_back(
-          static_cast<char>(was_supported[parents[0]] & was_supported[parents[1]]));
-    }
-    const MeshOrder order = OrderAlongCurve(result);
-    TriangleMesh mesh = Ordered(result, order);
-    level_summary.subdivide_seconds = subdivide_watch.Seconds();
-    level_summary.width = views[0].camera.width;
-    level_summary.height = views[0].camera.height;
-    level_summary.vertices = static_cast<int>(mesh.vertices.size());
-    level_summary.faces = static_cast<int>(mesh.faces.size());
-
-    SolverOptions solver = options.solver;
-    if (level > last) solver.function_tolerance = options.level.coarse_tolerance;
-    for (int r = 0; r < rounds_of(level) && !stopped; ++r) {
-      RoundSummary round_summary;
-      round_summary.round = r;
-      Stopwatch visibility_watch;
-      std::vector<ViewDomain> domains;
-      RoundContext context =
-          FreezeRound(views, pairs, mesh, motion, options.level.border_px, &domains);
-      if (relax_hidden) {
-        for (size_t v = 0; v < order.vertex.size(); ++v) {
-          char& was = was_supported[order.vertex[v]];
-          was = static_cast<char>(was | context.supported[v]);
-          context.was_supported[v] = was;
-        }
-      }
-      context.first_level = level == first;
-      round_summary.visibility_seconds = visibility_watch.Seconds();
-      for (const ViewDomain& domain : domains) {
-        for (int64_t pixels : domain.pair_pixels) round_summary.pair_pixels += pixels;
-      }
-      round_summary.supported_vertices =
-          static_cast<int>(std::count(context.supported.begin(), context.supported.end(), 1));
-      if (round_summary.pair_pixels == 0) {
-        throw InputError("no camera pair sees a common part of the mesh at level " +
-                         std::to_string(level) +
-                         ": every facet is out of view, hidden or seen from behind");
-      }
-      Stopwatch build_watch;
-      for (EnergyTerm* term : terms) term->BeginRound(context);
-      std::vector<Eigen::Vector3d> positions = mesh.vertices;
-      RoundProblem round(terms, context, &positions);
-      round_summary.build_seconds = build_watch.Seconds();
-
-      const int unknowns = round.Unknowns();
-      round.task.pixel = std::ldexp(1.0, level);
-      const double round_work = std::ldexp(1.0, -2 * level);
-      round.task.on_iteration = [&](const IterationRecord& record) {
-        if (!hooks.on_iteration) return true;
-        RefinementEvent event;
-        event.level = level;
-        event.round = r;
-        const double share =
-            solver.max_iterations > 0
-                ? std::min(1.0, static_cast<double>(record.iteration) / solver.max_iterations)
-                : 1.0;
-        event.done = (work_done + share * round_work) / work_total;
-        event.iteration = record;
-        if (!hooks.on_iteration(event)) stopped = true;
-        return !stopped;
-      };
-      Stopwatch solve_watch;
-      if (hooks.solve_round) {
-        FrozenRound frozen;
-        frozen.level = level;
-        frozen.round = r;
-        frozen.unknowns = unknowns;
-        frozen.context = &context;
-        frozen.world_mesh = [&](const std::vector<Eigen::Vector3d>& now) {
-          TriangleMesh moved = result;
-          RestoreVertices({now, {}}, order, &moved);
-          for (Eigen::Vector3d& vertex : moved.vertices) vertex = vertex * footprint + origin;
-          return moved;
-        };
-        frozen.solve = [&](const std::string& name, const auto& on_iteration) {
-          return round.Try(StrategyFor(name, unknowns, solver), solver, mesh.vertices,
-                           on_iteration);
-        };
-        const RoundTrial trial = hooks.solve_round(frozen);
-        round_summary.energy_initial = trial.energy_initial;
-        round_summary.solve = trial.solve;
-        round_summary.energy_final = trial.energy_final;
-        round_summary.solve_seconds = trial.seconds;
-        positions = trial.vertices;
-      } else {
-        const Strategy& strategy = StrategyFor(solver.type, unknowns, solver);
-        round_summary.energy_initial = round.EnergyByTerm();
-        round_summary.solve = strategy.solve(round.task, solver);
-        round_summary.solve.strategy = strategy.name;
-        round_summary.energy_final = round.EnergyByTerm();
-        round_summary.solve_seconds = solve_watch.Seconds();
-      }
-      if (round_summary.solve.usable) mesh.vertices = positions;
-      if (relax_hidden) {
-        round_summary.relaxed_vertices = RelaxHiddenFolds(context, kRelaxSweeps, &mesh);
-      }
-      for (EnergyTerm* term : terms) round_summary.terms[term->Name()] = term->RoundReport();
-      if (hooks.on_round) hooks.on_round(context, mesh, round_summary);
-      level_summary.rounds.push_back(std::move(round_summary));
-      work_done += round_work;
-    }
-    RestoreVertices(mesh, order, &result);
-    summary->levels.push_back(std::move(level_summary));
-  }
-  for (Eigen::Vector3d& vertex : result.vertices) vertex = vertex * footprint + origin;
-  summary->seconds = total.Seconds();
-  return result;
+                    RefinementSummary* summary, const RefinementState* start) {
+  CoarseToFine loop(scene, pairs, options, terms, hooks);
+  TriangleMesh refined = loop.Run(input, start);
+  *summary = loop.TakeSummary();
+  return refined;
 }
 
 }  // namespace burin

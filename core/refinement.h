@@ -15,7 +15,6 @@
 #pragma once
 
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -24,6 +23,7 @@
 #include "core/mesh.h"
 #include "core/options.h"
 #include "core/pairs.h"
+#include "core/refinement_state.h"
 #include "core/scene.h"
 #include "core/solver_strategy.h"
 
@@ -50,37 +50,6 @@ struct RefinementOptions {
   void Describe(OptionSet* set);
 };
 
-struct RoundSummary {
-  int round = 0;
-  SolveSummary solve;
-  nlohmann::json energy_initial;  // by term
-  nlohmann::json energy_final;
-  nlohmann::json terms;     // EnergyTerm::RoundReport by term
-  int64_t pair_pixels = 0;  // sum of |Omega_ij|
-  int supported_vertices = 0;
-  int relaxed_vertices = 0;  // by core/hidden_folds.h, after the solve
-  double visibility_seconds = 0;
-  double build_seconds = 0;
-  double solve_seconds = 0;
-};
-
-struct LevelSummary {
-  int level = 0;
-  int width = 0;  // of the first view
-  int height = 0;
-  int vertices = 0;
-  int faces = 0;
-  double subdivide_seconds = 0;
-  double image_seconds = 0;
-  std::vector<RoundSummary> rounds;
-};
-
-struct RefinementSummary {
-  double footprint = 0;  // world units per normalised unit
-  std::vector<LevelSummary> levels;
-  double seconds = 0;
-};
-
 // Position within a run, for progress and the trace.
 struct RefinementEvent {
   int level = 0;
@@ -99,13 +68,20 @@ struct RefinementHooks {
   // It may try several strategies on the round. Called instead of on_iteration; the figures of
   // RoundSummary::terms are then over all trials.
   std::function<RoundTrial(const FrozenRound&)> solve_round;
+  // After every level, with the mesh in the caller's world.
+  std::function<void(int level, const TriangleMesh&)> on_level;
+  // After every round that ran to its end, with what Refine() needs to go on from there.
+  std::function<void(const RefinementState&)> on_state;
 };
 
 // Moves (and adds) vertices of `input` so that the sum of the terms falls. Terms are not owned.
-// Throws InputError when the pairs see nothing of the mesh or an option does not fit the data.
+// With `start`, a state that on_state was given by a refinement of the same scene, mesh, pairs,
+// options and terms, it goes on from there and comes to the same bytes; seconds in the summary are
+// summed over both. Throws InputError when the pairs see nothing of the mesh or an option does not
+// fit the data.
 TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
                     const std::vector<CameraPair>& pairs, const RefinementOptions& options,
                     const std::vector<EnergyTerm*>& terms, const RefinementHooks& hooks,
-                    RefinementSummary* summary);
+                    RefinementSummary* summary, const RefinementState* start = nullptr);
 
 }  // namespace burin

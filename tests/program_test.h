@@ -13,6 +13,7 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace burin {
@@ -48,6 +49,11 @@ class ProgramTest : public testing::Test {
   }
 
   Outcome Run(std::vector<std::string> arguments) const {
+    return Wait(Start(std::move(arguments)));
+  }
+
+  // One at a time: standard output and error go to stdout.txt and stderr.txt in the test's folder.
+  pid_t Start(std::vector<std::string> arguments) const {
     arguments.insert(arguments.begin(), BURIN_PROGRAM);
     std::vector<char*> argv;
     argv.reserve(arguments.size() + 1);
@@ -55,6 +61,8 @@ class ProgramTest : public testing::Test {
     argv.push_back(nullptr);
     const std::string out = In("stdout.txt");
     const std::string err = In("stderr.txt");
+    std::filesystem::remove(out);
+    std::filesystem::remove(err);
     const pid_t child = fork();
     if (child == 0) {
       dup2(open("/dev/null", O_RDONLY | O_CLOEXEC), STDIN_FILENO);
@@ -63,9 +71,14 @@ class ProgramTest : public testing::Test {
       execv(argv[0], argv.data());
       _exit(127);
     }
+    return child;
+  }
+
+  Outcome Wait(pid_t child) const {
     int status = 0;
     waitpid(child, &status, 0);
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadAll(out), ReadAll(err)};
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadAll(In("stdout.txt")),
+            ReadAll(In("stderr.txt"))};
   }
 
   // Bad input: exit code 2 (or the one given), nothing on standard output, one line on standard error

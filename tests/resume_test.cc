@@ -1,0 +1,176 @@
+// Runs that are interrupted, killed and resumed, as processes.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <csignal>
+#include <random>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "apps/checkpoint.h"
+#include "tests/program_test.h"
+
+namespace burin {
+namespace {
+
+using testing::HasSubstr;
+
+class ResumeTest : public ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    const Outcome synth =
+        Run({"synth", "--output", In("scene"), "--synth.width", "160", "--synth.height", "120",
+             "--synth.views", "4", "--synth.truth_point_count", "1000"});
+    ASSERT_EQ(synth.exit_code, 0) << synth.err;
+  }
+  std::vector<std::string> Refine(const std::string& output) const {
+    return {"refine",   In("scene"),           "--mesh", In("scene/init.ply"),      "--output",
+            In(output), "--level.min_side_px", "30",     "--solver.max_iterations", "6"};
+  }
+  std::vector<std::string> Resume(const std::string& output) const {
+    return {"refine", "--resume", In(output)};
+  }
+  std::string Mesh(const std::string& output) const { return ReadAll(In(output + "/refined.ply")); }
+  std::set<std::string> Files(const std::string& output) const {
+    std::set<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(In(output))) {
+      names.insert(entry.path().filename().string());
+    }
+    return names;
+  }
+  // Lines of finished rounds on the standard error of the run under way.
+  int RoundsTold() const {
+    const std::string err = ReadAll(In("stderr.txt"));
+    int rounds = 0;
+    for (size_t at = 0; (at = err.find("pixel pairs", at)) != std::string::npos; ++at) ++rounds;
+    return rounds;
+  }
+  // -1 when there is no checkpoint.
+  int RoundsSaved(const std::string& output) const {
+    const std::filesystem::path path = CheckpointPath(In(output));
+    if (!std::filesystem::exists(path)) return -1;
+    const Checkpoint checkpoint = ReadCheckpoint(path);
+    int rounds = 0;
+    if (checkpoint.state.has_value()) {
+      for (const LevelSummary& level : checkpoint.state->summary.levels) {
+        rounds += static_cast<int>(level.rounds.size());
+      }
+    }
+    return rounds;
+  }
+  void WaitForRounds(int rounds) const {
+    while (RoundsTold() < rounds) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+};
+
+TEST_F(ResumeTest, SignalsLeaveAMeshAndARunThatGoesOnToTheSameBytes) {
+  const Outcome whole = Run(Refine("whole"));
+  ASSERT_EQ(whole.exit_code, 0) << whole.err;
+  const std::set<std::string> complete = {"refined.ply", "summary.json", "trace.csv",
+                                          "config.toml"};
+  EXPECT_EQ(Files("whole"), complete);
+  struct Case {
+    int signal;
+    int rounds;
+  };
+  for (const Case& c : {Case{SIGINT, 1}, Case{SIGTERM, 7}}) {
+    SCOPED_TRACE(c.signal);
+    const std::string name = "stopped" + std::to_string(c.signal);
+    const pid_t child = Start(Refine(name));
+    WaitForRounds(c.rounds);
+    kill(child, c.signal);
+    const Outcome stopped = Wait(child);
+    EXPECT_EQ(stopped.exit_code, 128 + c.signal);
+    EXPECT_THAT(stopped.err, HasSubstr("burin refine --resume"));
+    std::set<std::string> kept = complete;
+    kept.insert("checkpoint.cbor");
+    EXPECT_EQ(Files(name), kept);
+    EXPECT_NE(Mesh(name), Mesh("whole"));
+    EXPECT_THAT(ReadAll(In(name + "/summary.json")), HasSubstr("\"complete\": false"));
+    const int saved = RoundsSaved(name);
+    EXPECT_GE(saved, c.rounds - 1);
+    const Outcome resumed = Run(Resume(name));
+    ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+    EXPECT_EQ(Mesh(name), Mesh("whole"));
+    EXPECT_EQ(ReadAll(In(name + "/config.toml")), ReadAll(In("whole/config.toml")));
+    EXPECT_EQ(Files(name), complete);
+    const auto summary = nlohmann::json::parse(ReadAll(In(name + "/summary.json")));
+    const auto reference = nlohmann::json::parse(ReadAll(In("whole/summary.json")));
+    for (const char* key :
+         {"complete", "iterations", "evaluations", "output", "pairs", "options"}) {
+      EXPECT_EQ(summary[key], reference[key]) << key;
+    }
+    const auto lines = [this](const std::string& run) {
+      const std::string trace = ReadAll(In(run + "/trace.csv"));
+      return std::count(trace.begin(), trace.end(), '\n');
+    };
+    EXPECT_EQ(lines(name), lines("whole"));
+  }
+  const Outcome again = Run(Resume("whole"));
+  EXPECT_EQ(again.exit_code, 0);
+  EXPECT_THAT(again.out, HasSubstr("the run is complete"));
+}
+
+// kill -9 at twenty random moments of one run.
+TEST_F(ResumeTest, KilledTwentyTimesItLosesAtMostTheRoundInWork) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point begin = Clock::now();
+  ASSERT_EQ(Run(Refine("whole")).exit_code, 0);
+  const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> moment(0, 0.5 * seconds);
+  int saved = -1;
+  int advanced = 0;
+  for (int k = 0; k < 20; ++k) {
+    const pid_t child = Start(saved < 0 ? Refine("killed") : Resume("killed"));
+    std::this_thread::sleep_for(std::chrono::duration<double>(moment(random)));
+    kill(child, SIGKILL);
+    Wait(child);
+    if (!std::filesystem::exists(CheckpointPath(In("killed"))) && saved >= 0) break;  // complete
+    const int now = RoundsSaved("killed");
+    EXPECT_GE(now, std::max(0, saved) + RoundsTold() - 1);
+    EXPECT_GE(now, saved);
+    if (now > std::max(0, saved)) ++advanced;
+    saved = now;
+  }
+  EXPECT_GE(advanced, 2);
+  const Outcome last = Run(Resume("killed"));
+  ASSERT_EQ(last.exit_code, 0) << last.err;
+  EXPECT_EQ(Mesh("killed"), Mesh("whole"));
+  EXPECT_EQ(Files("killed"), Files("whole"));
+}
+
+TEST_F(ResumeTest, WhatCannotBeResumedIsRefused) {
+  ExpectRefused(Resume("none"), {"none/checkpoint.cbor: file is missing"});
+  std::vector<std::string> arguments = Resume("none");
+  arguments.insert(arguments.end(), {"--mesh", In("scene/init.ply")});
+  ExpectRefused(arguments, {"--resume", "excludes"});
+  const pid_t child = Start(Refine("run"));
+  WaitForRounds(1);
+  kill(child, SIGTERM);
+  EXPECT_EQ(Wait(child).exit_code, 143);
+  arguments = Resume("run");
+  arguments.insert(arguments.end(), {"--photo.window", "7"});
+  ExpectRefused(arguments, {"only --run.threads may be given"});
+  const std::string whole = ReadAll(In("run/checkpoint.cbor"));
+  std::filesystem::rename(In("scene/init.ply"), In("init.ply"));
+  std::filesystem::copy_file(In("scene/truth.ply"), In("scene/init.ply"));
+  ExpectRefused(Resume("run"), {"is not what it was when the run began"});
+  for (const size_t size : {size_t{0}, size_t{40}, whole.size() / 2, whole.size() - 1}) {
+    Write("run/checkpoint.cbor", whole.substr(0, size));
+    ExpectRefused(Resume("run"), {"run/checkpoint.cbor", "is not a checkpoint"});
+  }
+  for (const size_t at : {size_t{3}, whole.size() / 3, 2 * whole.size() / 3}) {
+    std::string broken = whole;
+    broken[at] = static_cast<char>(broken[at] ^ 0x15);
+    Write("run/checkpoint.cbor", broken);
+    ExpectRefused(Resume("run"), {"run/checkpoint.cbor"});
+  }
+}
+
+}  // namespace
+}  // namespace burin
