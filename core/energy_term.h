@@ -64,8 +64,13 @@ class EnergyTerm {
   // Freezes the term for a round. `context` outlives the round.
   virtual void BeginRound(const RoundContext& context) = 0;
 
+  // What of a round's preparations the residual blocks need not wait for. Called after BeginRound,
+  // perhaps at the same time as AddResiduals.
+  virtual void Freeze() {}
+
   // Adds residual blocks on vertex positions; the parameter block of vertex v is
-  // (*vertices)[v].data(), of size 3. Called once per round, after BeginRound.
+  // (*vertices)[v].data(), of size 3. Called once per round, after BeginRound. The cost functions
+  // are of this call alone, made by `new`; the problem or its owner deletes them.
   virtual void AddResiduals(ceres::Problem* problem, std::vector<Eigen::Vector3d>* vertices) = 0;
 
   // Called before the term's residuals are evaluated at new positions; null when not needed.

@@ -1,14 +1,18 @@
 #include "core/frozen_round.h"
 
+#include <ceres/cost_function.h>
+
 #include <algorithm>
 
 #include "core/block_energy.h"
 #include "core/error.h"
-#include "core/motion.h"
+#include "core/parallel.h"
 #include "core/stopwatch.h"
 
 namespace burin {
 namespace {
+
+constexpr int kCostGrain = 4096;
 
 // Hands one problem's evaluation callback on to every term that has one.
 class CallbackFanOut : public ceres::EvaluationCallback {
@@ -42,14 +46,25 @@ RoundProblem::RoundProblem(const std::vector<EnergyTerm*>& terms, const RoundCon
   ceres::Problem::Options problem_options;
   problem_options.evaluation_callback = callback_.get();
   problem_options.disable_all_safety_checks = true;
+  // Counting references takes Ceres longer than the rest of what it does here.
+  problem_options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   problem_ = std::make_unique<ceres::Problem>(problem_options);
   task.problem = problem_.get();
   task.vertices = vertices;
   task.evaluation_callback = callback_.get();
   task.context = &context;
+  ParallelInvoke([&] { Build(vertices); },
+                 [&] {
+                   for (EnergyTerm* term : terms_) term->Freeze();
+                 });
+}
+
+void RoundProblem::Build(std::vector<Eigen::Vector3d>* vertices) {
+  const RoundContext& context = *task.context;
   size_t known = 0;
   std::vector<ceres::ResidualBlockId> blocks;
-  for (EnergyTerm* term : terms) {
+  for (EnergyTerm* term : terms_) {
     term->AddResiduals(problem_.get(), vertices);
     problem_->GetResidualBlocks(&blocks);
     task.term_blocks.emplace_back(
@@ -57,15 +72,30 @@ RoundProblem::RoundProblem(const std::vector<EnergyTerm*>& terms, const RoundCon
                                                           blocks.end()));
     known = blocks.size();
   }
+  lines_.reserve(vertices->size());  // their addresses stay
   for (size_t v = 0; v < vertices->size(); ++v) {
     double* block = (*vertices)[v].data();
     if (!problem_->HasParameterBlock(block)) continue;
+    task.blocks.push_back(block);
     if (context.normals[v].isZero()) {
       problem_->SetParameterBlockConstant(block);
     } else if (context.motion == Motion::kNormal) {
-      problem_->SetManifold(block, new LineAlongNormal(context.normals[v]));
+      problem_->SetManifold(block, &lines_.emplace_back(context.normals[v]));
     }
   }
+}
+
+RoundProblem::~RoundProblem() {
+  std::vector<const ceres::CostFunction*> costs;
+  for (const auto& [name, blocks] : task.term_blocks) {
+    for (const ceres::ResidualBlockId id : blocks) {
+      costs.push_back(problem_->GetCostFunctionForResidualBlock(id));
+    }
+  }
+  problem_.reset();
+  ParallelFor(static_cast<int>(costs.size()), kCostGrain, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) delete costs[k];
+  });
 }
 
 int RoundProblem::Unknowns() const {

@@ -14,6 +14,7 @@
 
 #include "core/energy_term.h"
 #include "core/mesh.h"
+#include "core/motion.h"
 #include "core/solver_strategy.h"
 
 namespace burin {
@@ -56,11 +57,14 @@ struct FrozenRound {
 };
 
 // The problem of a round: every term's residuals, vertices on their lines where they move along
-// normals. The terms, `context` and `vertices` must outlive it.
+// normals. The terms' Freeze() runs while it is built. The terms, `context` and `vertices` must outlive it.
 class RoundProblem {
  public:
   RoundProblem(const std::vector<EnergyTerm*>& terms, const RoundContext& context,
                std::vector<Eigen::Vector3d>* vertices);
+  ~RoundProblem();
+  RoundProblem(const RoundProblem&) = delete;
+  RoundProblem& operator=(const RoundProblem&) = delete;
 
   int Unknowns() const;
   // At the vertices' current positions, and their "total".
@@ -75,7 +79,10 @@ class RoundProblem {
 
  private:
   std::vector<EnergyTerm*> terms_;
+  void Build(std::vector<Eigen::Vector3d>* vertices);
+
   std::unique_ptr<ceres::EvaluationCallback> callback_;
+  std::vector<LineAlongNormal> lines_;
   std::unique_ptr<ceres::Problem> problem_;
 };
 

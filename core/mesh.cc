@@ -23,9 +23,8 @@ void EdgeEnds(const TriangleMesh& mesh, const Adjacency& faces, int v, std::vect
 
 }  // namespace
 
-Adjacency VertexNeighbors(const TriangleMesh& mesh) {
+Adjacency VertexNeighbors(const TriangleMesh& mesh, const Adjacency& faces) {
   const int count = static_cast<int>(mesh.vertices.size());
-  const Adjacency faces = VertexFaces(mesh);
   std::vector<int> ends_of(2 * faces.index.size());  // from 2 * faces.start[v] on
   Adjacency neighbors;
   neighbors.start.assign(count + 1, 0);
@@ -74,22 +73,22 @@ Eigen::Vector3d FaceAreaNormal(const TriangleMesh& mesh, int face) {
   return (mesh.vertices[f[1]] - origin).cross(mesh.vertices[f[2]] - origin);
 }
 
-std::vector<Eigen::Vector3d> VertexNormals(const TriangleMesh& mesh) {
-  std::vector<Eigen::Vector3d> normals(mesh.vertices.size(), Eigen::Vector3d::Zero());
-  for (size_t f = 0; f < mesh.faces.size(); ++f) {
-    const Eigen::Vector3d area_normal = FaceAreaNormal(mesh, static_cast<int>(f));
-    for (int c = 0; c < 3; ++c) normals[mesh.faces[f][c]] += area_normal;
-  }
-  for (Eigen::Vector3d& normal : normals) {
-    const double length = normal.norm();
-    normal = length > 0 ? Eigen::Vector3d(normal / length) : Eigen::Vector3d::Zero();
-  }
+std::vector<Eigen::Vector3d> VertexNormals(const TriangleMesh& mesh, const Adjacency& faces) {
+  const int count = static_cast<int>(mesh.vertices.size());
+  std::vector<Eigen::Vector3d> normals(count, Eigen::Vector3d::Zero());
+  ParallelFor(count, kVertexGrain, [&](int begin, int end) {
+    for (int v = begin; v < end; ++v) {
+      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+      for (const int* f = faces.Begin(v); f != faces.End(v); ++f) sum += FaceAreaNormal(mesh, *f);
+      const double length = sum.norm();
+      if (length > 0) normals[v] = sum / length;
+    }
+  });
   return normals;
 }
 
-std::vector<char> BoundaryVertices(const TriangleMesh& mesh) {
+std::vector<char> BoundaryVertices(const TriangleMesh& mesh, const Adjacency& faces) {
   const int count = static_cast<int>(mesh.vertices.size());
-  const Adjacency faces = VertexFaces(mesh);
   std::vector<char> on_boundary(count, 0);
   ParallelFor(count, kVertexGrain, [&](int begin, int end) {
     std::vector<int> ends;

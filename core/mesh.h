@@ -22,21 +22,21 @@ struct Adjacency {
   const int* End(int v) const { return index.data() + start[v + 1]; }
 };
 
-// Vertices sharing an edge with each vertex, ascending.
-Adjacency VertexNeighbors(const TriangleMesh& mesh);
-
 // Faces around each vertex, ascending. Face f appears once in the list of each of its vertices.
 Adjacency VertexFaces(const TriangleMesh& mesh);
+
+// Vertices sharing an edge with each vertex, ascending. Here and below `faces` = VertexFaces(mesh).
+Adjacency VertexNeighbors(const TriangleMesh& mesh, const Adjacency& faces);
 
 // (V1-V0) x (V2-V0): outward, length twice the area.
 Eigen::Vector3d FaceAreaNormal(const TriangleMesh& mesh, int face);
 
 // Unit normals, area-weighted mean of the faces around a vertex; zero for a vertex without faces or
 // with cancelling ones.
-std::vector<Eigen::Vector3d> VertexNormals(const TriangleMesh& mesh);
+std::vector<Eigen::Vector3d> VertexNormals(const TriangleMesh& mesh, const Adjacency& faces);
 
 // Vertices on an edge that has one face only (true = on the boundary).
-std::vector<char> BoundaryVertices(const TriangleMesh& mesh);
+std::vector<char> BoundaryVertices(const TriangleMesh& mesh, const Adjacency& faces);
 
 // Axis-aligned bounding box of the vertices; empty for an empty mesh.
 Eigen::AlignedBox3d BoundingBox(const TriangleMesh& mesh);

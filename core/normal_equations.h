@@ -27,6 +27,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/mesh.h"
 #include "core/symmetric_matrix.h"
 
 namespace burin {
@@ -104,8 +105,8 @@ class NormalEquations {
                     const std::vector<double*>& order, ceres::Problem* problem);
   int ParameterEnd(int residuals) const;
   void MakePattern();
-  void MakeRows(const std::vector<std::vector<int>>& lower);
-  void MakeSlots(const std::vector<int>& first, const std::vector<std::vector<int>>& lower);
+  void MakeRows(const Adjacency& lower);
+  void MakeSlots(const std::vector<int>& first, const Adjacency& lower);
   bool Run(Wanted wanted, double* cost, Eigen::VectorXd* gradient);
   bool EvaluateResiduals(int index, Wanted wanted);
   void AddRows(const RowTask& task, Wanted wanted, Eigen::VectorXd* gradient);

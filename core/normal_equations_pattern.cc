@@ -13,6 +13,7 @@ namespace burin {
 namespace {
 
 constexpr int kGrain = 64;  // moving blocks
+constexpr int kResidualGrain = 1024;
 
 }  // namespace
 
@@ -29,11 +30,11 @@ NormalEquations::NormalEquations(ceres::Problem* problem, ceres::EvaluationCallb
 void NormalEquations::MakeUnknowns(const std::vector<ceres::ResidualBlockId>& ids,
                                    const std::vector<double*>& order, ceres::Problem* problem) {
   std::unordered_map<const double*, int> index;
-  const auto index_of = [&](double* values) {
+  const auto add_unknowns = [&](double* values) {
     const auto [entry, is_new] = index.emplace(values, -1);
-    if (!is_new || problem->IsParameterBlockConstant(values)) return entry->second;
+    if (!is_new || problem->IsParameterBlockConstant(values)) return;
     const int tangent_size = problem->ParameterBlockTangentSize(values);
-    if (tangent_size == 0) return -1;
+    if (tangent_size == 0) return;
     MovingBlock block;
     block.values = values;
     block.manifold = problem->GetManifold(values);
@@ -54,33 +55,51 @@ void NormalEquations::MakeUnknowns(const std::vector<ceres::ResidualBlockId>& id
     state_size_ += block.size;
     entry->second = static_cast<int>(blocks_.size());
     blocks_.push_back(block);
-    return entry->second;
   };
+  index.reserve(problem->NumParameterBlocks());
   for (double* values : order) {
-    if (problem->HasParameterBlock(values)) index_of(values);
+    if (problem->HasParameterBlock(values)) add_unknowns(values);
   }
-  residuals_.reserve(ids.size());
-  std::vector<double*> values;
+  if (static_cast<int>(index.size()) < problem->NumParameterBlocks()) {
+    std::vector<double*> values;
+    for (const ceres::ResidualBlockId id : ids) {
+      problem->GetParameterBlocksForResidualBlock(id, &values);
+      for (double* v : values) add_unknowns(v);
+    }
+  }
+
+  const auto residual_count = static_cast<int>(ids.size());
+  residuals_.resize(residual_count);
+  int parameter_count = 0;
+  for (int r = 0; r < residual_count; ++r) {
+    residuals_[r].cost_function = problem->GetCostFunctionForResidualBlock(ids[r]);
+    residuals_[r].first_parameter = parameter_count;
+    parameter_count +=
+        static_cast<int>(residuals_[r].cost_function->parameter_block_sizes().size());
+  }
+  parameters_.resize(parameter_count);
+  ParallelFor(residual_count, kResidualGrain, [&](int begin, int end) {
+    std::vector<double*> values;
+    for (int r = begin; r < end; ++r) {
+      CHECK(problem->GetLossFunctionForResidualBlock(ids[r]) == nullptr)
+          << "loss functions are not supported";
+      residuals_[r].unknowns = 0;
+      problem->GetParameterBlocksForResidualBlock(ids[r], &values);
+      int next = residuals_[r].first_parameter;
+      for (double* v : values) {
+        const int k = index.find(v)->second;
+        parameters_[next++] = {v, k};
+        if (k >= 0) residuals_[r].unknowns += blocks_[k].tangent_size;
+      }
+    }
+  });
   int in_batch = 0;
   int largest = 0;
-  for (const ceres::ResidualBlockId id : ids) {
-    CHECK(problem->GetLossFunctionForResidualBlock(id) == nullptr)
-        << "loss functions are not supported";
-    if (residuals_.size() % kBatch == 0) in_batch = 0;
-    Residuals block;
-    block.cost_function = problem->GetCostFunctionForResidualBlock(id);
-    block.first_parameter = static_cast<int>(parameters_.size());
-    block.first_value = in_batch;
-    block.unknowns = 0;
-    problem->GetParameterBlocksForResidualBlock(id, &values);
-    for (double* v : values) {
-      const int k = index_of(v);
-      parameters_.push_back({v, k});
-      if (k >= 0) block.unknowns += blocks_[k].tangent_size;
-    }
-    in_batch += block.unknowns * (block.unknowns + 1);
+  for (int r = 0; r < residual_count; ++r) {
+    if (r % kBatch == 0) in_batch = 0;
+    residuals_[r].first_value = in_batch;
+    in_batch += residuals_[r].unknowns * (residuals_[r].unknowns + 1);
     largest = std::max(largest, in_batch);
-    residuals_.push_back(block);
   }
   buffer_.resize(largest);
 }
@@ -113,9 +132,12 @@ void NormalEquations::MakePattern() {
   }
 
   // Lower neighbours of every block, itself last, ascending.
-  std::vector<std::vector<int>> lower(block_count);
+  Adjacency lower;
+  lower.start.assign(block_count + 1, 0);
+  std::vector<std::vector<int>> chunks((block_count + kGrain - 1) / kGrain);
   ParallelFor(block_count, kGrain, [&](int begin, int end) {
     std::vector<int> found;
+    std::vector<int>& chunk = chunks[begin / kGrain];
     for (int k = begin; k < end; ++k) {
       found.clear();
       for (int c = first[k]; c < first[k + 1]; ++c) {
@@ -128,8 +150,15 @@ void NormalEquations::MakePattern() {
       if (found.empty()) found.push_back(k);  // in no residual block: an empty row
       std::sort(found.begin(), found.end());
       found.erase(std::unique(found.begin(), found.end()), found.end());
-      lower[k].assign(found.begin(), found.end());
+      chunk.insert(chunk.end(), found.begin(), found.end());
+      lower.start[k + 1] = static_cast<int>(found.size());
     }
+  });
+  for (int k = 0; k < block_count; ++k) lower.start[k + 1] += lower.start[k];
+  lower.index.resize(lower.start[block_count]);
+  ParallelFor(block_count, kGrain, [&](int begin, int) {
+    const std::vector<int>& chunk = chunks[begin / kGrain];
+    std::copy(chunk.begin(), chunk.end(), lower.index.begin() + lower.start[begin]);
   });
 
   MakeRows(lower);
@@ -137,13 +166,14 @@ void NormalEquations::MakePattern() {
 }
 
 // Columns of every row: its lower triangle, then its upper one, block by block.
-void NormalEquations::MakeRows(const std::vector<std::vector<int>>& lower) {
+void NormalEquations::MakeRows(const Adjacency& lower) {
   const int block_count = static_cast<int>(blocks_.size());
   std::vector<int> lower_length(block_count, 0);
   std::vector<int> length(block_count, 0);
   first_mirror_.assign(block_count + 1, 0);
   for (int k = 0; k < block_count; ++k) {
-    for (int other : lower[k]) {
+    for (const int* at = lower.Begin(k); at != lower.End(k); ++at) {
+      const int other = *at;
       lower_length[k] += blocks_[other].tangent_size;
       if (other == k) continue;
       length[other] += blocks_[k].tangent_size;
@@ -169,7 +199,8 @@ void NormalEquations::MakeRows(const std::vector<std::vector<int>>& lower) {
   for (int k = 0; k < block_count; ++k) {
     const MovingBlock& block = blocks_[k];
     int offset = 0;
-    for (int other : lower[k]) {
+    for (const int* at = lower.Begin(k); at != lower.End(k); ++at) {
+      const int other = *at;
       const MovingBlock& neighbor = blocks_[other];
       for (int i = 0; i < block.tangent_size; ++i) {
         const int row = block.first_unknown + i;
@@ -190,8 +221,7 @@ void NormalEquations::MakeRows(const std::vector<std::vector<int>>& lower) {
 }
 
 // Where the entries of every contribution go, and which rows every batch touches.
-void NormalEquations::MakeSlots(const std::vector<int>& first,
-                                const std::vector<std::vector<int>>& lower) {
+void NormalEquations::MakeSlots(const std::vector<int>& first, const Adjacency& lower) {
   const int block_count = static_cast<int>(blocks_.size());
   const auto contribution_count = static_cast<int>(contributions_.size());
   const auto for_lower_parameters = [&](int k, int c, const auto& visit) {
@@ -214,12 +244,14 @@ void NormalEquations::MakeSlots(const std::vector<int>& first,
     std::vector<int> offsets;
     for (int k = begin; k < end; ++k) {
       offsets.assign(1, 0);
-      for (int other : lower[k]) offsets.push_back(offsets.back() + blocks_[other].tangent_size);
+      for (const int* other = lower.Begin(k); other != lower.End(k); ++other) {
+        offsets.push_back(offsets.back() + blocks_[*other].tangent_size);
+      }
       for (int c = first[k]; c < first[k + 1]; ++c) {
         int64_t slot = first_slot[c];
         for_lower_parameters(k, c, [&](int other) {
-          const auto found = std::lower_bound(lower[k].begin(), lower[k].end(), other);
-          slots_[slot++] = offsets[found - lower[k].begin()];
+          const int* found = std::lower_bound(lower.Begin(k), lower.End(k), other);
+          slots_[slot++] = offsets[found - lower.Begin(k)];
         });
       }
     }

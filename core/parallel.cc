@@ -2,6 +2,7 @@
 
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -35,6 +36,10 @@ int SetThreadCount(int count) {
 }
 
 int ThreadCount() { return CurrentPool()->arena.max_concurrency(); }
+
+void ParallelInvoke(const std::function<void()>& a, const std::function<void()>& b) {
+  CurrentPool()->arena.execute([&] { tbb::parallel_invoke(a, b); });
+}
 
 void ParallelFor(int count, int grain, const std::function<void(int, int)>& body) {
   if (count <= 0) return;

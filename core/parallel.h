@@ -15,4 +15,7 @@ int ThreadCount();
 // may be shorter), in any order and on several threads. Exceptions from body are rethrown.
 void ParallelFor(int count, int grain, const std::function<void(int begin, int end)>& body);
 
+// Calls both, at the same time where there is a thread to spare; they may use ParallelFor.
+void ParallelInvoke(const std::function<void()>& a, const std::function<void()>& b);
+
 }  // namespace burin

@@ -24,7 +24,8 @@ using nlohmann::json;
 template <typename T>
 json Binary(const std::vector<T>& values) {
   std::vector<uint8_t> bytes(values.size() * sizeof(T));
-  if (!bytes.empty()) std::memcpy(bytes.data(), values.data(), bytes.size());
+  if (!bytes.empty())
+    std::memcpy(bytes.data(), static_cast<const void*>(values.data()), bytes.size());
   return json::binary(std::move(bytes));
 }
 

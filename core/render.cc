@@ -201,7 +201,7 @@ cv::Mat3b AttachColorBar(const cv::Mat3b& picture, const ColorScale& scale,
 }
 
 std::vector<Eigen::Vector3d> NormalsFor(const TriangleMesh& mesh, const RenderOptions& options) {
-  return options.smooth ? VertexNormals(mesh) : std::vector<Eigen::Vector3d>();
+  return options.smooth ? VertexNormals(mesh, VertexFaces(mesh)) : std::vector<Eigen::Vector3d>();
 }
 
 }  // namespace

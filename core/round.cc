@@ -1,6 +1,42 @@
 #include "core/round.h"
 
+#include "core/parallel.h"
+
 namespace burin {
+namespace {
+
+constexpr int kVertexGrain = 4096;
+
+// Vertices of the facets that have a pixel in some Omega_ij.
+std::vector<char> SupportedVertices(const std::vector<ViewDomain>& domains,
+                                    const TriangleMesh& mesh) {
+  const int count = static_cast<int>(mesh.vertices.size());
+  std::vector<std::vector<char>> by_view(domains.size());
+  ParallelFor(static_cast<int>(domains.size()), 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      const ViewDomain& domain = domains[i];
+      by_view[i].assign(count, 0);
+      for (size_t k = 0; k < domain.facet.size(); ++k) {
+        for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
+          uint8_t any = 0;
+          for (const auto& plane : domain.second_visible) any |= plane[domain.pixel[n]];
+          if (any == 0) continue;
+          for (int c = 0; c < 3; ++c) by_view[i][mesh.faces[domain.facet[k]][c]] = 1;
+          break;
+        }
+      }
+    }
+  });
+  std::vector<char> supported(count, 0);
+  ParallelFor(count, kVertexGrain, [&](int begin, int end) {
+    for (const std::vector<char>& view : by_view) {
+      for (int v = begin; v < end; ++v) supported[v] = static_cast<char>(supported[v] | view[v]);
+    }
+  });
+  return supported;
+}
+
+}  // namespace
 
 RoundContext FreezeRound(const std::vector<LevelView>& views, const std::vector<CameraPair>& pairs,
                          const TriangleMesh& mesh, Motion motion, double border_px,
@@ -14,27 +50,12 @@ RoundContext FreezeRound(const std::vector<LevelView>& views, const std::vector<
   context.views = &views;
   context.domains = domains;
   context.mesh = &mesh;
-  context.neighbors = VertexNeighbors(mesh);
   context.faces = VertexFaces(mesh);
-  context.boundary = BoundaryVertices(mesh);
-  context.normals = VertexNormals(mesh);
+  context.neighbors = VertexNeighbors(mesh, context.faces);
+  context.boundary = BoundaryVertices(mesh, context.faces);
+  context.normals = VertexNormals(mesh, context.faces);
   context.motion = motion;
-  context.supported.assign(mesh.vertices.size(), 0);
-  for (const ViewDomain& domain : *domains) {
-    for (size_t k = 0; k < domain.facet.size(); ++k) {
-      const Eigen::Vector3i& face = mesh.faces[domain.facet[k]];
-      if (context.supported[face[0]] && context.supported[face[1]] && context.supported[face[2]]) {
-        continue;
-      }
-      for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
-        uint8_t any = 0;
-        for (const auto& plane : domain.second_visible) any |= plane[domain.pixel[n]];
-        if (any == 0) continue;
-        for (int c = 0; c < 3; ++c) context.supported[face[c]] = 1;
-        break;
-      }
-    }
-  }
+  context.supported = SupportedVertices(*domains, mesh);
   context.was_supported = context.supported;
   return context;
 }

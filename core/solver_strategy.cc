@@ -42,14 +42,6 @@ const std::vector<Strategy>& Strategies() {
   return *table;
 }
 
-std::vector<double*> VertexBlocks(const SolveTask& task) {
-  std::vector<double*> blocks;
-  for (Eigen::Vector3d& vertex : *task.vertices) {
-    if (task.problem->HasParameterBlock(vertex.data())) blocks.push_back(vertex.data());
-  }
-  return blocks;
-}
-
 const Strategy* FindStrategy(const std::string& name, int unknowns, const SolverOptions& options) {
   const std::string wanted =
       name != "auto" ? name

@@ -53,6 +53,9 @@ struct SolveTask {
   ceres::Problem* problem = nullptr;
   ceres::EvaluationCallback* evaluation_callback = nullptr;  // the problem's
   std::vector<Eigen::Vector3d>* vertices = nullptr;
+  // Parameter blocks of the vertices that the problem has, by vertex: the order of unknowns for
+  // NormalEquations.
+  std::vector<double*> blocks;
   const RoundContext* context = nullptr;
   double pixel = 1;  // of the level, 2^level in the unit of the positions
   // Residual blocks by term, in the order in which the terms were given.

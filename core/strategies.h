@@ -13,8 +13,4 @@ namespace burin {
 #include "core/strategies.inc"
 #undef BURIN_STRATEGY
 
-// Parameter blocks of the vertices that the problem has, by vertex: the order of unknowns for
-// NormalEquations.
-std::vector<double*> VertexBlocks(const SolveTask& task);
-
 }  // namespace burin

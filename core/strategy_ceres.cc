@@ -88,7 +88,7 @@ SolveSummary TrustRegion(const SolveTask& task, const SolverOptions& options,
   ceres_options.max_linear_solver_iterations = options.cg_max_iterations;
   ceres_options.eta = options.cg_tolerance;
   int moving = 0;
-  for (double* block : VertexBlocks(task)) {
+  for (double* block : task.blocks) {
     if (!task.problem->IsParameterBlockConstant(block)) ++moving;
   }
   return RunCeres(task, ceres_options, options.min_step_px * task.pixel * std::sqrt(moving));

@@ -34,7 +34,7 @@ class LmPcg {
   LmPcg(const SolveTask& task, const SolverOptions& options)
       : task_(task),
         options_(options),
-        equations_(task.problem, task.evaluation_callback, VertexBlocks(task)) {
+        equations_(task.problem, task.evaluation_callback, task.blocks) {
     for (const NormalEquations::MovingBlock& block : equations_.moving_blocks()) {
       first_.push_back(block.first_unknown);
     }

@@ -167,7 +167,7 @@ SolveSummary Failed(SolveSummary summary, const std::string& why) {
 template <typename MakeFactor>
 SolveSummary Minimise(const SolveTask& task, const SolverOptions& options,
                       const MakeFactor& make_factor) {
-  NormalEquations equations(task.problem, task.evaluation_callback, VertexBlocks(task));
+  NormalEquations equations(task.problem, task.evaluation_callback, task.blocks);
   SolveSummary summary;
   summary.unknowns = equations.unknowns();
   Eigen::VectorXd gradient;

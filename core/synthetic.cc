@@ -58,7 +58,8 @@ void RenderViews(const SyntheticLayout& layout, const MeshRays& rays, SyntheticS
   const SyntheticOptions& options = synthetic->options;
   const StoneTexture texture(Random(options, kTextureStream).Bits(0),
                              options.texture_px * layout.footprint);
-  const std::vector<Eigen::Vector3d> vertex_normals = VertexNormals(layout.truth);
+  const std::vector<Eigen::Vector3d> vertex_normals =
+      VertexNormals(layout.truth, VertexFaces(layout.truth));
   const Eigen::Vector3d light = Eigen::Vector3d(-0.5, 0.6, 0.8).normalized();
   const SurfaceShader shader = [&](const Eigen::Vector3d& point, const Eigen::Vector3d& normal) {
     // Half of the light comes from all around, so that no side is black.

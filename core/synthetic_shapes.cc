@@ -220,8 +220,8 @@ TriangleMesh CoarsenedMesh(const TriangleMesh& mesh, double edge, int smoothing_
   }
 
   TriangleMesh coarse = FromHalfedges(halfedges);
-  const Adjacency neighbors = VertexNeighbors(coarse);
-  const std::vector<char> boundary = BoundaryVertices(coarse);
+  const Adjacency neighbors = VertexNeighbors(coarse, VertexFaces(coarse));
+  const std::vector<char> boundary = BoundaryVertices(coarse, VertexFaces(coarse));
   for (int step = 0; step < smoothing_steps; ++step) {
     TaubinStep(neighbors, boundary, 0.5, &coarse.vertices);
     TaubinStep(neighbors, boundary, -0.53, &coarse.vertices);
@@ -231,7 +231,7 @@ TriangleMesh CoarsenedMesh(const TriangleMesh& mesh, double edge, int smoothing_
 
 void PerturbAlongNormals(std::uint64_t seed, double sigma, TriangleMesh* mesh) {
   const CounterRandom random(seed, 0x696E6974U);
-  const std::vector<Eigen::Vector3d> normals = VertexNormals(*mesh);
+  const std::vector<Eigen::Vector3d> normals = VertexNormals(*mesh, VertexFaces(*mesh));
   for (size_t v = 0; v < normals.size(); ++v) {
     mesh->vertices[v] += sigma * random.Normal(v) * normals[v];
   }

@@ -344,9 +344,12 @@ std::vector<ViewDomain> RayCaster::Cast(const std::vector<Camera>& cameras,
     }
     if (used[i] == 0) continue;
     facet_maps[i] = FacetMap(cameras[i]);
-    for (int& facet : facet_maps[i]) {
-      if (facet >= 0 && facing[i][facet] == 0) facet = -1;
-    }
+    ParallelFor(cameras[i].height, kRowGrain, [&](int begin, int end) {
+      cv::Mat1i rows = facet_maps[i].rowRange(begin, end);
+      for (int& facet : rows) {
+        if (facet >= 0 && facing[i][facet] == 0) facet = -1;
+      }
+    });
   }
   ParallelFor(static_cast<int>(cameras.size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {

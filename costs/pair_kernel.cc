@@ -90,10 +90,19 @@ HWY_EXPORT(AddTileFloat);
 HWY_EXPORT(AddTileDouble);
 
 template <typename T>
-void PixelFields<T>::Reset(size_t size, bool derivatives) {
-  cost.assign(size, T(0));
-  slope.assign(derivatives ? size : 0, T(0));
-  curvature.assign(derivatives ? size : 0, T(0));
+void PixelFields<T>::Resize(size_t size, bool derivatives) {
+  cost.resize(size);
+  slope.resize(derivatives ? size : 0);
+  curvature.resize(derivatives ? size : 0);
+}
+
+template <typename T>
+void PixelFields<T>::Clear(size_t begin, size_t end) {
+  for (std::vector<T>* field : {&cost, &slope, &curvature}) {
+    if (field->empty()) continue;
+    std::fill(field->begin() + static_cast<long>(begin), field->begin() + static_cast<long>(end),
+              T(0));
+  }
 }
 
 template <typename T>

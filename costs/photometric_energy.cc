@@ -9,6 +9,7 @@
 #include "core/facet_pencil.h"
 #include "core/parallel.h"
 #include "core/stopwatch.h"
+#include "core/symmetric_matrix.h"
 #include "costs/pair_kernel.h"
 #include "costs/patch_cost.h"
 #include "costs/step_band.h"
@@ -18,6 +19,7 @@ namespace {
 
 constexpr int kTileColumns = 512;
 constexpr int kTileRows = 96;
+constexpr int kRowGrain = 32;
 constexpr int kFacetGrain = 512;
 constexpr int kPatchGrain = 256;
 // Subtracted from all images: keeps the squares in the window sums small in single precision.
@@ -92,6 +94,7 @@ struct PhotometricEnergy::Shared {
   virtual void BeginLevel() = 0;
   virtual void EvaluateView(int view, bool derivatives) = 0;
 
+  void Freeze();
   void FreezeMasks();
 
   // cost and derivatives of all views at `positions`.
@@ -104,6 +107,7 @@ struct PhotometricEnergy::Shared {
   std::vector<WindowMasks> masks;            // per view
   std::vector<PartnerBits> clear_of_steps;   // per view; empty = Omega_ij as cast
   int64_t reference_pixels = 0;              // of all views: windows that could have a mask
+  bool frozen = false;  // tiles, masks and used pixels are those of the context
   double mask_seconds = 0;
   std::vector<Eigen::Vector3d>* parameters = nullptr;
   std::vector<PatchCost*> patches;  // owned by the round's problem
@@ -140,6 +144,14 @@ struct PhotometricEnergy::State : public PhotometricEnergy::Shared {
     const int facets = static_cast<int>(domain.facet.size());
     const size_t pixels = static_cast<size_t>(domain.width) * domain.height;
 
+    image.create(domain.height, domain.width);
+    fields.Resize(pixels, derivatives);
+    ParallelFor(domain.height, kRowGrain, [&](int begin, int end) {
+      cv::Mat rows = image.rowRange(begin, end);
+      (*views)[view].image.rowRange(begin, end).convertTo(rows, CV_32F);
+      fields.Clear(static_cast<size_t>(begin) * domain.width,
+                   static_cast<size_t>(end) * domain.width);
+    });
     pencils.resize(facets);
     inverse_depth.resize(pixels);  // outside the facets' pixels anything
     const ViewRays rays((*views)[view].camera);
@@ -156,8 +168,6 @@ struct PhotometricEnergy::State : public PhotometricEnergy::Shared {
       }
     });
 
-    fields.Reset(pixels, derivatives);
-    const cv::Mat1f image = (*views)[view].FloatImage();
     std::vector<PairInput<T>> inputs(domain.seconds.size());
     for (size_t b = 0; b < inputs.size(); ++b) {
       const int second = domain.seconds[b];
@@ -242,10 +252,22 @@ struct PhotometricEnergy::State : public PhotometricEnergy::Shared {
 
   std::vector<SplineImage<T>> splines;
   // Of the view in work.
+  cv::Mat1f image;
   std::vector<FacetPencil> pencils;
   std::vector<T> inverse_depth;
   PixelFields<T> fields;
 };
+
+void PhotometricEnergy::Shared::Freeze() {
+  if (frozen) return;
+  const auto count = static_cast<int>(views->size());
+  tiles.resize(count);
+  ParallelFor(count, 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) tiles[i] = CutTiles((*context->domains)[i]);
+  });
+  FreezeMasks();
+  frozen = true;
+}
 
 void PhotometricEnergy::Shared::FreezeMasks() {
   const Stopwatch watch;
@@ -281,13 +303,15 @@ double PhotometricEnergy::Shared::Evaluate(const std::vector<Eigen::Vector3d>& v
   CHECK(context != nullptr);
   const bool same = have_energy && positions == vertices;
   if (same && (have_derivatives || !derivatives)) return energy;
+  Freeze();
   const Stopwatch watch;
   positions = vertices;
   windows = 0;
   const size_t face_count = context->mesh->faces.size();
-  sums.assign(3 * face_count, CornerSums());
+  sums.resize(3 * face_count);
   normals.resize(face_count);
   ParallelFor(static_cast<int>(face_count), kFacetGrain, [&](int begin, int end) {
+    std::fill(sums.begin() + 3L * begin, sums.begin() + 3L * end, CornerSums());
     for (int f = begin; f < end; ++f) {
       const Eigen::Vector3i& face = context->mesh->faces[f];
       normals[f] =
@@ -297,8 +321,11 @@ double PhotometricEnergy::Shared::Evaluate(const std::vector<Eigen::Vector3d>& v
   for (size_t i = 0; i < views->size(); ++i) {
     if (!tiles[i].empty()) EvaluateView(static_cast<int>(i), derivatives);
   }
-  energy = 0;
-  for (const CornerSums& corner : sums) energy += corner.cost;
+  energy = ChunkedSum(static_cast<int>(sums.size()), [&](int begin, int end) {
+    double part = 0;
+    for (int k = begin; k < end; ++k) part += sums[k].cost;
+    return part;
+  });
   have_energy = true;
   have_derivatives = derivatives;
   linearized = false;
@@ -325,9 +352,7 @@ void PhotometricEnergy::BeginLevel(const std::vector<LevelView>& views) {
 void PhotometricEnergy::BeginRound(const RoundContext& context) {
   CHECK(context.views == shared_->views);
   shared_->context = &context;
-  shared_->tiles.clear();
-  for (const ViewDomain& domain : *context.domains) shared_->tiles.push_back(CutTiles(domain));
-  shared_->FreezeMasks();
+  shared_->frozen = false;
   shared_->have_energy = false;
   shared_->have_derivatives = false;
   shared_->linearized = false;
@@ -337,15 +362,21 @@ void PhotometricEnergy::BeginRound(const RoundContext& context) {
   shared_->parameters = nullptr;
 }
 
+void PhotometricEnergy::Freeze() { shared_->Freeze(); }
+
 void PhotometricEnergy::AddResiduals(ceres::Problem* problem,
                                      std::vector<Eigen::Vector3d>* vertices) {
   shared_->parameters = vertices;
-  shared_->patches.clear();
-  std::vector<double*> blocks;
+  std::vector<int> supported;
   for (size_t v = 0; v < vertices->size(); ++v) {
-    if (shared_->context->supported[v] == 0) continue;
-    auto* cost = new PatchCost(this, static_cast<int>(v));
-    shared_->patches.push_back(cost);
+    if (shared_->context->supported[v] != 0) supported.push_back(static_cast<int>(v));
+  }
+  shared_->patches.resize(supported.size());
+  ParallelFor(static_cast<int>(supported.size()), kPatchGrain, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) shared_->patches[k] = new PatchCost(this, supported[k]);
+  });
+  std::vector<double*> blocks;
+  for (PatchCost* cost : shared_->patches) {
     blocks.clear();
     for (int block : cost->blocks()) blocks.push_back((*vertices)[block].data());
     problem->AddResidualBlock(cost, nullptr, blocks);
@@ -392,6 +423,9 @@ const std::vector<Eigen::Vector3d>& PhotometricEnergy::facet_normals() const {
 }
 const RoundContext& PhotometricEnergy::context() const { return *shared_->context; }
 int64_t PhotometricEnergy::valid_windows() const { return shared_->windows; }
-const WindowMasks& PhotometricEnergy::masks(int view) const { return shared_->masks[view]; }
+const WindowMasks& PhotometricEnergy::masks(int view) const {
+  shared_->Freeze();
+  return shared_->masks[view];
+}
 
 }  // namespace burin

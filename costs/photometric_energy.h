@@ -55,6 +55,7 @@ class PhotometricEnergy : public EnergyTerm, public ceres::EvaluationCallback {
   std::string Name() const override { return "photometric"; }
   void BeginLevel(const std::vector<LevelView>& views) override;
   void BeginRound(const RoundContext& context) override;
+  void Freeze() override;  // the masks; the first evaluation makes up for it
   void AddResiduals(ceres::Problem* problem, std::vector<Eigen::Vector3d>* vertices) override;
   ceres::EvaluationCallback* Callback() override { return this; }
   int64_t EvaluationCount() const override;

@@ -2,7 +2,14 @@
 
 #include <cmath>
 
+#include "core/parallel.h"
+
 namespace burin {
+namespace {
+
+constexpr int kVertexGrain = 512;
+
+}  // namespace
 
 void SmoothnessOptions::Describe(OptionSet* set) {
   set->Add("smooth.type", &type, "Laplacian of the smoothness residuals",
@@ -27,23 +34,32 @@ Stencil SmoothnessEnergy::MakeStencil(int v) const {
 void SmoothnessEnergy::AddResiduals(ceres::Problem* problem,
                                     std::vector<Eigen::Vector3d>* vertices) {
   if (options_.type == "none" || options_.weight == 0) return;
-  std::vector<double*> blocks;
-  for (size_t v = 0; v < vertices->size(); ++v) {
-    const Stencil stencil = MakeStencil(static_cast<int>(v));
-    if (stencil.vertex.empty()) continue;
-    double edge_length = 0;
-    for (const int* n = context_->neighbors.Begin(v); n != context_->neighbors.End(v); ++n) {
-      edge_length += ((*vertices)[*n] - (*vertices)[v]).norm();
+  const auto count = static_cast<int>(vertices->size());
+  std::vector<Stencil> stencils(count);
+  std::vector<StencilCost*> costs(count, nullptr);
+  ParallelFor(count, kVertexGrain, [&](int begin, int end) {
+    for (int v = begin; v < end; ++v) {
+      stencils[v] = MakeStencil(v);
+      if (stencils[v].vertex.empty()) continue;
+      double edge_length = 0;
+      for (const int* n = context_->neighbors.Begin(v); n != context_->neighbors.End(v); ++n) {
+        edge_length += ((*vertices)[*n] - (*vertices)[v]).norm();
+      }
+      edge_length /= context_->neighbors.Degree(v);
+      if (!(edge_length > 0)) continue;
+      const Eigen::Vector3d target = context_->was_supported[v] != 0
+                                         ? Eigen::Vector3d::Zero().eval()
+                                         : Apply(stencils[v], *vertices);
+      costs[v] = new StencilCost(stencils[v].coefficient, std::sqrt(options_.weight) / edge_length,
+                                 target);
     }
-    edge_length /= context_->neighbors.Degree(static_cast<int>(v));
-    if (!(edge_length > 0)) continue;
-    const Eigen::Vector3d target = context_->was_supported[v] != 0 ? Eigen::Vector3d::Zero().eval()
-                                                                   : Apply(stencil, *vertices);
+  });
+  std::vector<double*> blocks;
+  for (int v = 0; v < count; ++v) {
+    if (costs[v] == nullptr) continue;
     blocks.clear();
-    for (int vertex : stencil.vertex) blocks.push_back((*vertices)[vertex].data());
-    problem->AddResidualBlock(
-        new StencilCost(stencil.coefficient, std::sqrt(options_.weight) / edge_length, target),
-        nullptr, blocks);
+    for (int vertex : stencils[v].vertex) blocks.push_back((*vertices)[vertex].data());
+    problem->AddResidualBlock(costs[v], nullptr, blocks);
   }
 }
 

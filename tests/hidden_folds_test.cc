@@ -16,8 +16,8 @@ struct Bulge {
     Update();
   }
   void Update() {
-    context.neighbors = VertexNeighbors(mesh);
-    context.boundary = BoundaryVertices(mesh);
+    context.neighbors = VertexNeighbors(mesh, VertexFaces(mesh));
+    context.boundary = BoundaryVertices(mesh, VertexFaces(mesh));
     context.supported.assign(mesh.vertices.size(), 1);
     context.was_supported.assign(mesh.vertices.size(), 1);
   }

@@ -26,7 +26,7 @@ TEST(Mesh, ClosedSurfaceHasCancellingAreaNormals) {
 }
 
 TEST(Mesh, NeighboursOfATetrahedronAreAllOthers) {
-  const Adjacency neighbors = VertexNeighbors(Tetrahedron());
+  const Adjacency neighbors = VertexNeighbors(Tetrahedron(), VertexFaces(Tetrahedron()));
   for (int v = 0; v < 4; ++v) EXPECT_EQ(neighbors.Degree(v), 3);
   const Adjacency faces = VertexFaces(Tetrahedron());
   for (int v = 0; v < 4; ++v) EXPECT_EQ(faces.Degree(v), 3);
@@ -34,7 +34,7 @@ TEST(Mesh, NeighboursOfATetrahedronAreAllOthers) {
 
 TEST(Mesh, NormalsPointOutward) {
   const TriangleMesh mesh = Tetrahedron();
-  const auto normals = VertexNormals(mesh);
+  const auto normals = VertexNormals(mesh, VertexFaces(mesh));
   const Eigen::Vector3d centre(0.25, 0.25, 0.25);
   for (int v = 0; v < 4; ++v) {
     EXPECT_NEAR(normals[v].norm(), 1.0, 1e-12);
@@ -44,9 +44,9 @@ TEST(Mesh, NormalsPointOutward) {
 
 TEST(Mesh, OnlyOpenSurfacesHaveBoundary) {
   TriangleMesh mesh = Tetrahedron();
-  for (char flag : BoundaryVertices(mesh)) EXPECT_FALSE(flag);
+  for (char flag : BoundaryVertices(mesh, VertexFaces(mesh))) EXPECT_FALSE(flag);
   mesh.faces.pop_back();
-  const auto boundary = BoundaryVertices(mesh);
+  const auto boundary = BoundaryVertices(mesh, VertexFaces(mesh));
   EXPECT_TRUE(boundary[0] && boundary[2] && boundary[3]);
   EXPECT_FALSE(boundary[1]);
 }
@@ -78,7 +78,7 @@ TEST(Mesh, NeighbourhoodsAreThoseCountedOneByOne) {
   for (const auto& [edge, count] : edges) {
     if (count == 1) boundary[edge.first] = boundary[edge.second] = 1;
   }
-  const Adjacency vertex_neighbors = VertexNeighbors(mesh);
+  const Adjacency vertex_neighbors = VertexNeighbors(mesh, VertexFaces(mesh));
   const Adjacency vertex_faces = VertexFaces(mesh);
   for (int v = 0; v < static_cast<int>(mesh.vertices.size()); ++v) {
     EXPECT_EQ(std::vector<int>(vertex_neighbors.Begin(v), vertex_neighbors.End(v)),
@@ -86,7 +86,7 @@ TEST(Mesh, NeighbourhoodsAreThoseCountedOneByOne) {
     EXPECT_EQ(std::vector<int>(vertex_faces.Begin(v), vertex_faces.End(v)),
               std::vector<int>(faces[v].begin(), faces[v].end()));
   }
-  EXPECT_EQ(BoundaryVertices(mesh), boundary);
+  EXPECT_EQ(BoundaryVertices(mesh, VertexFaces(mesh)), boundary);
   EXPECT_GT(std::count(boundary.begin(), boundary.end(), 0), 10);
 }
 

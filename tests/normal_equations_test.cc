@@ -154,7 +154,7 @@ TEST(NormalEquations, AgreeWithCeresJacobian) {
 
 // The worked example of docs/extending.md: Gauss-Newton with Cholesky and step halving.
 SolveSummary SolveGaussNewton(const SolveTask& task, const SolverOptions& options) {
-  NormalEquations equations(task.problem, task.evaluation_callback, VertexBlocks(task));
+  NormalEquations equations(task.problem, task.evaluation_callback, task.blocks);
   SolveSummary summary;
   summary.unknowns = equations.unknowns();
   double cost = 0;
@@ -205,6 +205,7 @@ SolveTask TaskOf(Round* round) {
   task.problem = round->problem.get();
   task.evaluation_callback = &round->photometric;
   task.vertices = &round->positions;
+  task.blocks = round->order;
   task.context = &round->context;
   return task;
 }

@@ -17,10 +17,10 @@ struct Spike {
     test::AppendGrid(&mesh, 6, 0, 0, 1.0, [](double, double) { return 0.0; });
     mesh.vertices[kMiddle].z() += 0.3;
     context.mesh = &mesh;
-    context.neighbors = VertexNeighbors(mesh);
+    context.neighbors = VertexNeighbors(mesh, VertexFaces(mesh));
     context.faces = VertexFaces(mesh);
-    context.boundary = BoundaryVertices(mesh);
-    context.normals = VertexNormals(mesh);
+    context.boundary = BoundaryVertices(mesh, VertexFaces(mesh));
+    context.normals = VertexNormals(mesh, VertexFaces(mesh));
     context.supported.assign(mesh.vertices.size(), 1);
     context.was_supported.assign(mesh.vertices.size(), 1);
   }

@@ -16,9 +16,9 @@ struct Surface {
   explicit Surface(double curvature) {
     test::AppendGrid(&mesh, 6, 0, 0, 1.0,
                      [curvature](double x, double y) { return curvature * (x * x + y * y); });
-    neighbors = VertexNeighbors(mesh);
+    neighbors = VertexNeighbors(mesh, VertexFaces(mesh));
     faces = VertexFaces(mesh);
-    boundary = BoundaryVertices(mesh);
+    boundary = BoundaryVertices(mesh, VertexFaces(mesh));
   }
   TriangleMesh mesh;
   Adjacency neighbors;

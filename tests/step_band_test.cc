@@ -123,7 +123,7 @@ TEST(StepBand, AnOpenBorderIsNoStep) {
 
 TEST(StepBand, OpenBorderPixelsAreThoseOfFacetsAtTheRim) {
   const Scene scene;
-  const std::vector<char> boundary = BoundaryVertices(scene.mesh);
+  const std::vector<char> boundary = BoundaryVertices(scene.mesh, VertexFaces(scene.mesh));
   for (size_t i = 0; i < scene.domains.size(); ++i) {
     const ViewDomain& domain = scene.domains[i];
     const std::vector<uint8_t> open = OpenBorderPixels(domain, scene.mesh, boundary);

@@ -352,7 +352,8 @@ TEST(Synthetic, InitialMeshesAreCoarseManifoldAndOrientedAsTheTruth) {
     SCOPED_TRACE(name);
     const SyntheticScene& synthetic = SmallScene(name);
     EXPECT_LT(20 * synthetic.init.faces.size(), synthetic.truth.faces.size());
-    const std::vector<char> boundary = BoundaryVertices(synthetic.init);
+    const std::vector<char> boundary =
+        BoundaryVertices(synthetic.init, VertexFaces(synthetic.init));
     if (name == "scan") {
       EXPECT_EQ(std::count(boundary.begin(), boundary.end(), 1), 0);
     }
