@@ -51,6 +51,9 @@ std::string InputsFingerprint(const Scene& scene, const TriangleMesh& mesh) {
   for (const View& view : scene.views) {
     const Eigen::Matrix<double, 3, 4> projection = view.camera.ProjectionMatrix();
     fingerprint.Add(projection.data(), sizeof(projection));
+    for (int row = 0; row < view.mask.rows; ++row) {
+      fingerprint.Add(view.mask.ptr(row), view.mask.cols);
+    }
     for (int row = 0; row < view.gray.rows; ++row) {
       fingerprint.Add(view.gray.ptr(row), view.gray.cols * view.gray.elemSize());
     }
@@ -67,6 +70,7 @@ std::filesystem::path CheckpointPath(const std::filesystem::path& output_folder)
 void WriteCheckpoint(const std::filesystem::path& path, const Checkpoint& checkpoint) {
   json body = {{"scene", checkpoint.scene_path},
                {"mesh", checkpoint.mesh_path},
+               {"masks", checkpoint.masks_path},
                {"config", checkpoint.config},
                {"inputs", checkpoint.inputs},
                {"pictures", checkpoint.pictures},
@@ -101,6 +105,7 @@ Checkpoint ReadCheckpoint(const std::filesystem::path& path) {
     const json body = json::from_cbor(body_bytes);
     body.at("scene").get_to(checkpoint.scene_path);
     body.at("mesh").get_to(checkpoint.mesh_path);
+    body.at("masks").get_to(checkpoint.masks_path);
     body.at("config").get_to(checkpoint.config);
     body.at("inputs").get_to(checkpoint.inputs);
     body.at("pictures").get_to(checkpoint.pictures);

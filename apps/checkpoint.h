@@ -17,6 +17,7 @@ namespace burin {
 struct Checkpoint {
   std::string scene_path;  // absolute
   std::string mesh_path;   // absolute
+  std::string masks_path;  // absolute; empty without masks
   std::string config;      // every option, as TOML
   std::string inputs;      // InputsFingerprint
   bool pictures = false;

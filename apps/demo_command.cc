@@ -94,7 +94,7 @@ void DemoCommand::Run() {
   const PipelineResult result = RunPipeline(synthetic.scene, synthetic.init, options, hooks);
   progress.End();
 
-  WriteMesh(folder / "refined.ply", result.mesh);
+  WriteMesh(folder / "refined.ply", result.mesh, nullptr, result.quality);
   WriteTextAtomically(folder / "trace.csv", TraceCsv(events));
   inputs.command_line = "burin demo --output " + output;
   inputs.scene_path = (folder / "scene").string();

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/mesh.h"
+#include "core/mesh_io.h"
 #include "core/options.h"
 #include "core/refinement.h"
 #include "core/scene.h"
@@ -37,6 +38,7 @@ struct PipelineResult {
   TriangleMesh mesh;
   PairSelection selection;
   RefinementSummary refinement;
+  std::vector<VertexScalar> quality;  // of `mesh`, as docs/options.md names them
   double selection_seconds = 0;
 };
 

@@ -35,6 +35,7 @@ struct RefineCommand {
   std::string scene_path;
   std::string mesh_path;
   std::string output_path;
+  std::string masks_path;
   std::string resume_path;
   bool pictures = false;
   bool debug_images = false;
@@ -64,6 +65,18 @@ std::string RoundText(const RoundContext& context, const TriangleMesh& mesh,
        << round.solve.iterations << " iterations, energy "
        << round.energy_initial["total"].get<double>() << " -> "
        << round.energy_final["total"].get<double>();
+  if (round.guard.reverted_vertices > 0) {
+    text << ", " << round.guard.reverted_vertices << " vertices taken back";
+  }
+  return text.str();
+}
+
+std::string UndoneText(const LevelSummary& level) {
+  std::ostringstream text;
+  text << "level " << level.width << "x" << level.height
+       << " undone: photographs held back agree less with the mesh after it, mean 1 - ZNCC "
+       << level.held_back["before"].get<double>() << " -> "
+       << level.held_back["after"].get<double>();
   return text.str();
 }
 
@@ -106,6 +119,7 @@ void RefineCommand::TakeFrom(const Checkpoint& checkpoint) {
   output_path = resume_path;
   scene_path = checkpoint.scene_path;
   mesh_path = checkpoint.mesh_path;
+  masks_path = checkpoint.masks_path;
   pictures = checkpoint.pictures;
   debug_images = checkpoint.debug_images;
   level_meshes = checkpoint.level_meshes;
@@ -116,6 +130,9 @@ Checkpoint RefineCommand::FirstCheckpoint(const Scene& scene, const TriangleMesh
   Checkpoint checkpoint;
   checkpoint.scene_path = std::filesystem::absolute(scene_path).string();
   checkpoint.mesh_path = std::filesystem::absolute(mesh_path).string();
+  if (!masks_path.empty()) {
+    checkpoint.masks_path = std::filesystem::absolute(masks_path).string();
+  }
   checkpoint.config = ConfigText(set);
   checkpoint.inputs = InputsFingerprint(scene, mesh);
   checkpoint.pictures = pictures;
@@ -144,12 +161,13 @@ void RefineCommand::Run() {
   const TriangleMesh mesh = ReadMesh(mesh_path, &report);
   RunInputs inputs;
   inputs.memory = CheckMemory(LoadColmapScene(scene_path, /*with_images=*/false), mesh, options);
-  const Scene scene = LoadColmapScene(scene_path);
+  const Scene scene = LoadColmapScene(scene_path, /*with_images=*/true, masks_path);
   CheckMeshIsSeen(scene, mesh, mesh_path);
   if (!resume_path.empty()) CheckUnchanged(checkpoint, scene, mesh);
   signals.ThrowIfCaught();
   inputs.command_line = "burin refine " + scene_path + " --mesh " + mesh_path + " --output " +
-                        output_path + " --config " + (folder / "config.toml").string();
+                        output_path + (masks_path.empty() ? "" : " --masks " + masks_path) +
+                        " --config " + (folder / "config.toml").string();
   inputs.scene_path = scene_path;
   inputs.mesh_path = mesh_path;
   inputs.scene = &scene;
@@ -184,11 +202,11 @@ void RefineCommand::Run() {
     progress.Update(event.done, EventText(event));
     return signals.Caught() == 0;
   };
-  if (level_meshes) {
-    hooks.on_level = [&](int level, const TriangleMesh& now) {
-      WriteMesh(folder / ("level_" + std::to_string(level) + ".ply"), now);
-    };
-  }
+  hooks.on_level = [&](const LevelSummary& level, const TriangleMesh& now) {
+    if (level.undone) progress.Line(UndoneText(level));
+    if (!level_meshes) return;
+    WriteMesh(folder / ("level_" + std::to_string(level.level) + ".ply"), now);
+  };
   hooks.on_state = [&](const RefinementState& state) {
     checkpoint.state = state;
     WriteCheckpoint(checkpoint_path, checkpoint);
@@ -210,7 +228,7 @@ void RefineCommand::Run() {
   }
   progress.End();
 
-  WriteMesh(folder / "refined.ply", result.mesh);
+  WriteMesh(folder / "refined.ply", result.mesh, nullptr, result.quality);
   WriteTextAtomically(folder / "trace.csv", TraceCsv(checkpoint.events));
   WriteTextAtomically(folder / "config.toml", ConfigText(set));
   if (pictures) WritePictures(folder, scene, mesh, result.mesh);
@@ -245,6 +263,12 @@ void AddRefineCommand(CLI::App* program) {
       app->add_option("--output", command->output_path,
                       "folder for refined.ply, summary.json and trace.csv")
           ->option_text("DIR (required)")};
+  CLI::Option* masks =
+      app->add_option(
+             "--masks", command->masks_path,
+             "folder of image masks, NAME.png for image NAME: pixels that are zero in them "
+             "are not used")
+          ->option_text("DIR");
   CLI::Option* pictures =
       app->add_flag("--pictures", command->pictures,
                     "also write before_after.png: the middle view and both meshes seen from it");
@@ -260,6 +284,7 @@ void AddRefineCommand(CLI::App* program) {
                       "instead of all that: go on with the interrupted run in this folder, to the "
                       "same mesh; --run.threads may be given")
           ->option_text("DIR")
+          ->excludes(masks)
           ->excludes(pictures)
           ->excludes(level_meshes)
           ->excludes(debug_images);

@@ -37,6 +37,11 @@ nlohmann::ordered_json RoundJson(const RoundSummary& round) {
   json["pair_pixels"] = round.pair_pixels;
   json["supported_vertices"] = round.supported_vertices;
   json["relaxed_vertices"] = round.relaxed_vertices;
+  json["carried_vertices"] = round.carried_vertices;
+  json["guard"] = {{"inverted_facets", round.guard.inverted_facets},
+                   {"stretched_edges", round.guard.stretched_edges},
+                   {"far_vertices", round.guard.far_vertices},
+                   {"reverted_vertices", round.guard.reverted_vertices}};
   json["energy_initial"] = round.energy_initial;
   json["energy_final"] = round.energy_final;
   json["terms"] = round.terms;
@@ -104,6 +109,8 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
     entry["vertices"] = level.vertices;
     entry["faces"] = level.faces;
     entry["seconds"] = {{"images", level.image_seconds}, {"subdivide", level.subdivide_seconds}};
+    entry["held_back"] = level.held_back;
+    entry["undone"] = level.undone;
     entry["rounds"] = nlohmann::ordered_json::array();
     for (const RoundSummary& round : level.rounds) {
       entry["rounds"].push_back(RoundJson(round));

@@ -52,7 +52,7 @@ struct TilePair {
     input.epipole[1] = 0.2;
     input.variance_floor = 25;
     input.min_taps = 20;
-    fields.Resize(depth.size(), true);
+    fields.Resize(depth.size(), true, false);
   }
   // Takes the two right columns of every window whose centre column is a multiple of `every`.
   void MaskColumns(int every) {

@@ -73,28 +73,47 @@ Distortion DistortionOf(const ColmapCamera& camera) {
   return distortion;
 }
 
-cv::Mat ReadViewImage(const View& view, const ColmapCamera& camera) {
-  cv::Mat gray = ReadGrayImage(view.image_path);
+cv::Mat ReadSized(const fs::path& path, const View& view, const ColmapCamera& camera) {
+  cv::Mat gray = ReadGrayImage(path);
   if (gray.cols != view.camera.width || gray.rows != view.camera.height) {
     const auto size = [](int width, int height) {
       return std::to_string(width) + " x " + std::to_string(height);
     };
-    throw InputError(view.image_path, "image size: is " + size(gray.cols, gray.rows) +
-                                          " but camera " + std::to_string(camera.id) + " is " +
-                                          size(view.camera.width, view.camera.height));
+    throw InputError(path, "image size: is " + size(gray.cols, gray.rows) + " but camera " +
+                               std::to_string(camera.id) + " is " +
+                               size(view.camera.width, view.camera.height));
   }
+  return gray;
+}
+
+cv::Mat ReadViewImage(const View& view, const ColmapCamera& camera) {
+  const cv::Mat gray = ReadSized(view.image_path, view, camera);
   const Distortion distortion = DistortionOf(camera);
   if (distortion == Distortion{0, 0, 0, 0}) return gray;
   return Undistort(gray, view.camera, distortion);
 }
 
-// Fills views[i].gray. Of several unreadable images the first is reported, whatever the threads.
-void ReadViewImages(const std::vector<const ColmapCamera*>& cameras, std::vector<View>* views) {
+// Zero wherever the lens mixes in a pixel that is not to be used.
+cv::Mat ReadViewMask(const fs::path& path, const View& view, const ColmapCamera& camera) {
+  const cv::Mat mask = ReadSized(path, view, camera);
+  const Distortion distortion = DistortionOf(camera);
+  cv::Mat used = mask != 0;
+  if (distortion == Distortion{0, 0, 0, 0}) return used;
+  return Undistort(used, view.camera, distortion) == 255;
+}
+
+// Fills views[i].gray, and mask where `masks` is a folder that has one. Of several unreadable images
+// the first is reported, whatever the threads.
+void ReadViewImages(const std::vector<const ColmapCamera*>& cameras, const fs::path& masks,
+                    std::vector<View>* views) {
   std::vector<std::exception_ptr> errors(views->size());
   ParallelFor(static_cast<int>(views->size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
       try {
-        (*views)[i].gray = ReadViewImage((*views)[i], *cameras[i]);
+        View& view = (*views)[i];
+        view.gray = ReadViewImage(view, *cameras[i]);
+        const fs::path mask = masks / (view.name + ".png");
+        if (!masks.empty() && fs::exists(mask)) view.mask = ReadViewMask(mask, view, *cameras[i]);
       } catch (...) {
         errors[i] = std::current_exception();
       }
@@ -107,8 +126,9 @@ void ReadViewImages(const std::vector<const ColmapCamera*>& cameras, std::vector
 
 }  // namespace
 
-Scene LoadColmapScene(const fs::path& workspace, bool with_images) {
+Scene LoadColmapScene(const fs::path& workspace, bool with_images, const fs::path& masks) {
   RequireFolder(workspace);
+  if (!masks.empty()) RequireFolder(masks);
   if (with_images) RequireFolder(workspace / "images");
   const ColmapFiles files = FindModel(workspace);
   ColmapModel model = files.binary ? ReadColmapBinary(files) : ReadColmapText(files);
@@ -131,7 +151,15 @@ Scene LoadColmapScene(const fs::path& workspace, bool with_images) {
     view.image_path = workspace / "images" / image.name;
     view.camera = PinholeOf(*cameras.back(), image);
   }
-  if (with_images) ReadViewImages(cameras, &scene.views);
+  if (with_images) {
+    ReadViewImages(cameras, masks, &scene.views);
+    const bool any_mask = std::any_of(scene.views.begin(), scene.views.end(),
+                                      [](const View& view) { return !view.mask.empty(); });
+    if (!masks.empty() && !any_mask) {
+      throw InputError(masks, "no image has a mask; that of " + scene.views[0].name +
+                                  " would be called " + scene.views[0].name + ".png");
+    }
+  }
 
   for (const ColmapPoint& point : model.points) {
     std::set<int> views;

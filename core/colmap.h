@@ -17,9 +17,13 @@ namespace burin {
 //    lengths and principal point.
 //  - Points seen by fewer than two views are dropped.
 //  - Without `with_images` the photographs are not opened and View::gray stays empty.
+//  - `masks` is a folder of image masks named as COLMAP does: for images/NAME the mask NAME.png, of
+//    its size, zero where the photograph is not to be used. Images without one are used whole; it is
+//    an error when no image has one.
 // Throws InputError, one line naming file, element and field, for anything missing, truncated,
 // malformed, inconsistent or unsupported.
-Scene LoadColmapScene(const std::filesystem::path& workspace, bool with_images = true);
+Scene LoadColmapScene(const std::filesystem::path& workspace, bool with_images = true,
+                      const std::filesystem::path& masks = {});
 
 // Writes images/ (8-bit, PNG or JPEG by the extension of each view's name) and sparse/ with one
 // PINHOLE camera per view and the projections of the points as observations; folders are made.

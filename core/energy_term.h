@@ -24,6 +24,7 @@ namespace burin {
 struct LevelView {
   Camera camera;
   cv::Mat image;           // grey levels 0..255, CV_8UC1 or CV_32FC1
+  cv::Mat mask;            // CV_8UC1, 0 = not to be used; empty = all pixels are
   double noise_sigma = 0;  // estimated standard deviation of the image noise, grey levels
 
   // The image in single precision; a copy unless it is already.

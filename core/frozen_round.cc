@@ -77,7 +77,8 @@ void RoundProblem::Build(std::vector<Eigen::Vector3d>* vertices) {
     double* block = (*vertices)[v].data();
     if (!problem_->HasParameterBlock(block)) continue;
     task.blocks.push_back(block);
-    if (context.normals[v].isZero()) {
+    // core/unseen_extension.h carries what was never seen along after the solve.
+    if (context.normals[v].isZero() || context.was_supported[v] == 0) {
       problem_->SetParameterBlockConstant(block);
     } else if (context.motion == Motion::kNormal) {
       problem_->SetManifold(block, &lines_.emplace_back(context.normals[v]));

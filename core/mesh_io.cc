@@ -152,18 +152,23 @@ int ColorByte(float channel) {
   return static_cast<int>(std::lround(255 * std::clamp(channel, 0.0F, 1.0F)));
 }
 
-std::string PlyText(const TriangleMesh& mesh, const std::vector<Eigen::Vector3f>* colors) {
+std::string PlyText(const TriangleMesh& mesh, const std::vector<Eigen::Vector3f>* colors,
+                    const std::vector<VertexScalar>& scalars) {
   std::string out = "ply\nformat binary_little_endian 1.0\nelement vertex " +
                     std::to_string(mesh.vertices.size()) +
                     "\nproperty double x\nproperty double y\nproperty double z\n";
   if (colors) out += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+  for (const VertexScalar& scalar : scalars) out += "property float " + scalar.name + "\n";
   out += "element face " + std::to_string(mesh.faces.size()) +
          "\nproperty list uchar int vertex_indices\nend_header\n";
-  out.reserve(out.size() + mesh.vertices.size() * 27 + mesh.faces.size() * 13);
+  out.reserve(out.size() + mesh.vertices.size() * (27 + 4 * scalars.size()) +
+              mesh.faces.size() * 13);
   for (size_t v = 0; v < mesh.vertices.size(); ++v) {
     for (int c = 0; c < 3; ++c) AppendLittleEndian(mesh.vertices[v][c], &out);
-    if (!colors) continue;
-    for (int c = 0; c < 3; ++c) out.push_back(static_cast<char>(ColorByte((*colors)[v][c])));
+    for (int c = 0; colors && c < 3; ++c) {
+      out.push_back(static_cast<char>(ColorByte((*colors)[v][c])));
+    }
+    for (const VertexScalar& scalar : scalars) AppendLittleEndian(scalar.values[v], &out);
   }
   for (const Eigen::Vector3i& face : mesh.faces) {
     out.push_back(3);
@@ -260,9 +265,10 @@ TriangleMesh ReadMesh(const std::filesystem::path& path, MeshReport* report) {
 }
 
 void WriteMesh(const std::filesystem::path& path, const TriangleMesh& mesh,
-               const std::vector<Eigen::Vector3f>* vertex_colors) {
+               const std::vector<Eigen::Vector3f>* vertex_colors,
+               const std::vector<VertexScalar>& scalars) {
   const std::string extension = Extension(path);
-  WriteTextAtomically(path, extension == "ply"   ? PlyText(mesh, vertex_colors)
+  WriteTextAtomically(path, extension == "ply"   ? PlyText(mesh, vertex_colors, scalars)
                             : extension == "obj" ? ObjText(mesh, vertex_colors)
                                                  : OffText(mesh, vertex_colors));
 }

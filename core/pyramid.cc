@@ -13,6 +13,16 @@ constexpr int kNoiseBlock = 16;
 constexpr double kNoisePercentile = 0.2;
 constexpr int kSmallestSide = 16;
 
+cv::Mat ReducedMask(const cv::Mat& mask, const cv::Size& size) {
+  cv::Mat used;
+  cv::Mat reduced;
+  cv::Mat1f(mask != 0).copyTo(used);  // 0 or 255
+  cv::resize(used, reduced, size, 0, 0, cv::INTER_AREA);
+  cv::Mat whole = reduced > 254.9F;
+  cv::erode(whole, whole, cv::Mat());  // 3 x 3; outside counts as used
+  return whole;
+}
+
 }  // namespace
 
 double EstimateNoise(const cv::Mat1f& image) {
@@ -66,6 +76,7 @@ std::vector<LevelView> MakeLevelViews(const Scene& scene, int level, const Eigen
         cv::resize(full, reduced, size, 0, 0, cv::INTER_AREA);
         view.image = reduced;
       }
+      if (!source.mask.empty()) view.mask = ReducedMask(source.mask, size);
       view.camera = source.camera.Resized(size.width, size.height).InScaledWorld(origin, scale);
       view.noise_sigma = EstimateNoise(view.FloatImage());
     }

@@ -15,6 +15,7 @@
 #include "core/round.h"
 #include "core/stopwatch.h"
 #include "core/subdivide.h"
+#include "core/unseen_extension.h"
 
 namespace burin {
 namespace {
@@ -91,6 +92,7 @@ void LevelOptions::Describe(OptionSet* set) {
 void RefinementOptions::Describe(OptionSet* set) {
   level.Describe(set);
   solver.Describe(set);
+  guard.Describe(set);
   set->Add("motion.type", &motion, "How vertices move: along their normal of the round, or freely",
            {"normal", "free"});
   set->Add("motion.hidden", &hidden,
@@ -115,11 +117,12 @@ class CoarseToFine {
     return options_.level.rounds + (level - options_.level.finest) * options_.level.extra_rounds;
   }
   void SetWork();
-  // The images of state_.level.
-  void MakeViews();
+  void MakeViews(int level);
   // Cuts the mesh to the level's pixels.
   void BeginLevel();
   void RunRound();
+  // Undoes the level when the judge says so.
+  void EndLevel();
   // Minimises the terms on the frozen round from `mesh_` on; the new positions.
   std::vector<Eigen::Vector3d> Solve(const RoundContext& context, RoundSummary* summary);
   bool Report(const IterationRecord& record);
@@ -161,16 +164,11 @@ void CoarseToFine::SetWork() {
   }
 }
 
-void CoarseToFine::MakeViews() {
+void CoarseToFine::MakeViews(int level) {
   ReturnFreeMemory();
   const Stopwatch watch;
-  views_ = MakeLevelViews(scene_, state_.level, origin_, 1 / footprint_);
+  views_ = MakeLevelViews(scene_, level, origin_, 1 / footprint_);
   for (EnergyTerm* term : terms_) term->BeginLevel(views_);
-  solver_ = options_.solver;
-  if (state_.level > options_.level.finest) {
-    solver_.function_tolerance = options_.level.coarse_tolerance;
-  }
-  if (state_.round == 0) state_.summary.levels.emplace_back();
   state_.summary.levels.back().image_seconds += watch.Seconds();
 }
 
@@ -187,7 +185,10 @@ void CoarseToFine::BeginLevel() {
   for (const std::array<int, 2>& parents : split.new_vertex_parents) {
     was_supported.push_back(
         static_cast<char>(was_supported[parents[0]] & was_supported[parents[1]]));
+    state_.input_position.push_back(
+        0.5 * (state_.input_position[parents[0]] + state_.input_position[parents[1]]));
   }
+  state_.level_start = state_.mesh.vertices;
   state_.order = OrderAlongCurve(state_.mesh);
   LevelSummary& level = state_.summary.levels.back();
   level.subdivide_seconds = watch.Seconds();
@@ -286,8 +287,16 @@ void CoarseToFine::RunRound() {
                      std::to_string(state_.level) +
                      ": every facet is out of view, hidden or seen from behind");
   }
+  const std::vector<Eigen::Vector3d> before = mesh_.vertices;
   std::vector<Eigen::Vector3d> positions = Solve(context, &summary);
   if (summary.solve.usable) mesh_.vertices = std::move(positions);
+  GuardOptions guard = options_.guard;
+  // On the way facets of bridges over depth steps turn over and go into folds that vanish.
+  guard.inverted &=
+      state_.level == options_.level.finest && state_.round + 1 == RoundsOf(state_.level);
+  summary.guard = RevertFaults(before, context.faces, context.neighbors,
+                               std::ldexp(1.0, state_.level), guard, &mesh_);
+  summary.carried_vertices = ExtendToUnseen(context, before, &mesh_);
   if (relax_hidden) {
     summary.relaxed_vertices = RelaxHiddenFolds(context, kRelaxSweeps, &mesh_);
   }
@@ -296,6 +305,18 @@ void CoarseToFine::RunRound() {
   if (hooks_.on_round) hooks_.on_round(context, mesh_, summary);
   state_.summary.levels.back().rounds.push_back(std::move(summary));
   work_done_ += std::ldexp(1.0, -2 * state_.level);
+}
+
+void CoarseToFine::EndLevel() {
+  if (!hooks_.judge_level) return;
+  TriangleMesh start = state_.mesh;
+  start.vertices = state_.level_start;
+  const LevelVerdict verdict =
+      hooks_.judge_level(views_, Ordered(start, state_.order), Ordered(state_.mesh, state_.order));
+  LevelSummary& level = state_.summary.levels.back();
+  level.held_back = verdict.report;
+  level.undone = !verdict.improved;
+  if (level.undone) state_.mesh.vertices = state_.level_start;
 }
 
 TriangleMesh CoarseToFine::Run(const TriangleMesh& input, const RefinementState* start) {
@@ -314,14 +335,20 @@ TriangleMesh CoarseToFine::Run(const TriangleMesh& input, const RefinementState*
     state_.level = first_level_;
     state_.mesh = input;
     for (Eigen::Vector3d& vertex : state_.mesh.vertices) vertex = (vertex - origin_) / footprint_;
+    state_.input_position = state_.mesh.vertices;
     state_.was_supported.assign(input.vertices.size(), 0);
     state_.summary.footprint = footprint_;
   }
   SetWork();
   const double seconds_before = state_.summary.seconds;
   while (state_.level >= options_.level.finest && !stopped_) {
-    MakeViews();
+    if (state_.round == 0) state_.summary.levels.emplace_back();
+    MakeViews(state_.level);
     if (state_.round == 0) BeginLevel();
+    solver_ = options_.solver;
+    if (state_.level > options_.level.finest) {
+      solver_.function_tolerance = options_.level.coarse_tolerance;
+    }
     mesh_ = Ordered(state_.mesh, state_.order);
     const int level = state_.level;
     while (state_.level == level && !stopped_) {
@@ -329,13 +356,19 @@ TriangleMesh CoarseToFine::Run(const TriangleMesh& input, const RefinementState*
       state_.summary.seconds = seconds_before + watch_.Seconds();
       if (stopped_) break;
       if (++state_.round == RoundsOf(level)) {
-        if (hooks_.on_level) hooks_.on_level(level, InWorld(state_.mesh));
+        EndLevel();
+        if (hooks_.on_level) hooks_.on_level(state_.summary.levels.back(), InWorld(state_.mesh));
         --state_.level;
         state_.round = 0;
         state_.order = MeshOrder();
       }
       if (hooks_.on_state) hooks_.on_state(state_);
     }
+  }
+  if (hooks_.on_end) {
+    const int level = std::max(state_.level, options_.level.finest);
+    if (views_.empty()) MakeViews(level);  // began after the last level
+    hooks_.on_end(level, views_, state_.mesh, state_.input_position);
   }
   return InWorld(std::move(state_.mesh));
 }

@@ -15,11 +15,13 @@
 #pragma once
 
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "core/energy_term.h"
 #include "core/frozen_round.h"
+#include "core/local_guard.h"
 #include "core/mesh.h"
 #include "core/options.h"
 #include "core/pairs.h"
@@ -42,9 +44,16 @@ struct LevelOptions {
   void Describe(OptionSet* set);
 };
 
+// What a judge says of a level: the mesh after it against that before, on data held back.
+struct LevelVerdict {
+  bool improved = true;  // false: the level is undone
+  nlohmann::json report;
+};
+
 struct RefinementOptions {
   LevelOptions level;
   SolverOptions solver;
+  GuardOptions guard;
   std::string motion = "normal";
   std::string hidden = "relax";  // or keep: what was seen in an earlier round and no longer is
   void Describe(OptionSet* set);
@@ -68,8 +77,17 @@ struct RefinementHooks {
   // It may try several strategies on the round. Called instead of on_iteration; the figures of
   // RoundSummary::terms are then over all trials.
   std::function<RoundTrial(const FrozenRound&)> solve_round;
+  // Decides after every level, both meshes with the same facets and in the normalised world.
+  std::function<LevelVerdict(const std::vector<LevelView>&, const TriangleMesh& before,
+                             const TriangleMesh& after)>
+      judge_level;
+  // Before Refine() returns: the last level and its views, the mesh in their world, and where on the
+  // input its vertices lay.
+  std::function<void(int level, const std::vector<LevelView>&, const TriangleMesh&,
+                     const std::vector<Eigen::Vector3d>& input_position)>
+      on_end;
   // After every level, with the mesh in the caller's world.
-  std::function<void(int level, const TriangleMesh&)> on_level;
+  std::function<void(const LevelSummary&, const TriangleMesh&)> on_level;
   // After every round that ran to its end, with what Refine() needs to go on from there.
   std::function<void(const RefinementState&)> on_state;
 };

@@ -9,11 +9,14 @@ namespace burin {
 // How nlohmann::json is told of structs: it finds these functions by the structs' namespace.
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SolveSummary, usable, initial_energy, final_energy, iterations,
                                    unknowns, linear_solver_seconds, strategy, termination)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LocalGuardReport, inverted_facets, stretched_edges, far_vertices,
+                                   reverted_vertices)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RoundSummary, round, solve, energy_initial, energy_final, terms,
                                    pair_pixels, supported_vertices, relaxed_vertices,
-                                   visibility_seconds, build_seconds, solve_seconds)
+                                   carried_vertices, guard, visibility_seconds, build_seconds,
+                                   solve_seconds)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LevelSummary, level, width, height, vertices, faces,
-                                   subdivide_seconds, image_seconds, rounds)
+                                   subdivide_seconds, image_seconds, held_back, undone, rounds)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RefinementSummary, footprint, levels, seconds)
 
 namespace {
@@ -64,6 +67,8 @@ std::vector<uint8_t> StateBytes(const RefinementState& state) {
                         {"round", state.round},
                         {"vertices", Binary(state.mesh.vertices)},
                         {"faces", Binary(state.mesh.faces)},
+                        {"input_position", Binary(state.input_position)},
+                        {"level_start", Binary(state.level_start)},
                         {"order_vertex", Binary(state.order.vertex)},
                         {"order_face", Binary(state.order.face)},
                         {"was_supported", Binary(state.was_supported)},
@@ -77,15 +82,19 @@ RefinementState StateFromBytes(const std::vector<uint8_t>& bytes) {
   read.at("round").get_to(state.round);
   FromBinary(read, "vertices", &state.mesh.vertices);
   FromBinary(read, "faces", &state.mesh.faces);
+  FromBinary(read, "input_position", &state.input_position);
+  FromBinary(read, "level_start", &state.level_start);
   FromBinary(read, "order_vertex", &state.order.vertex);
   FromBinary(read, "order_face", &state.order.face);
   FromBinary(read, "was_supported", &state.was_supported);
   read.at("summary").get_to(state.summary);
   const size_t vertices = state.mesh.vertices.size();
   const size_t faces = state.mesh.faces.size();
+  CheckSize("input_position", state.input_position.size(), vertices);
   CheckSize("was_supported", state.was_supported.size(), vertices);
   if (faces > 0) CheckIndices("faces", state.mesh.faces[0].data(), 3 * faces, vertices);
   if (state.round > 0) {
+    CheckSize("level_start", state.level_start.size(), vertices);
     CheckSize("order_vertex", state.order.vertex.size(), vertices);
     CheckSize("order_face", state.order.face.size(), faces);
     CheckIndices("order_vertex", state.order.vertex.data(), vertices, vertices);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/local_guard.h"
 #include "core/mesh.h"
 #include "core/mesh_order.h"
 #include "core/solver_strategy.h"
@@ -22,6 +23,8 @@ struct RoundSummary {
   int64_t pair_pixels = 0;  // sum of |Omega_ij|
   int supported_vertices = 0;
   int relaxed_vertices = 0;  // by core/hidden_folds.h, after the solve
+  int carried_vertices = 0;  // by core/unseen_extension.h, after the solve
+  LocalGuardReport guard;
   double visibility_seconds = 0;
   double build_seconds = 0;
   double solve_seconds = 0;
@@ -35,6 +38,8 @@ struct LevelSummary {
   int faces = 0;
   double subdivide_seconds = 0;
   double image_seconds = 0;
+  nlohmann::json held_back;  // what the guard found; null when it did not look
+  bool undone = false;       // the mesh was set back to the level's start
   std::vector<RoundSummary> rounds;
 };
 
@@ -48,7 +53,9 @@ struct RefinementState {
   int level = 0;      // of the pyramid, the one in work
   int round = 0;      // on it, the next to run; 0: the level's preparations are to be made
   TriangleMesh mesh;  // normalised world; input vertices first, then new ones as made
-  MeshOrder order;    // that the level works in; empty when round is 0
+  std::vector<Eigen::Vector3d> input_position;  // of mesh.vertices, on the surface of the input
+  std::vector<Eigen::Vector3d> level_start;     // positions of mesh.vertices before round 0
+  MeshOrder order;                              // that the level works in; empty when round is 0
   std::vector<char> was_supported;  // by vertex of `mesh`: some pair has seen a facet of it
   RefinementSummary summary;
 };

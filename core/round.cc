@@ -43,8 +43,12 @@ RoundContext FreezeRound(const std::vector<LevelView>& views, const std::vector<
                          std::vector<ViewDomain>* domains) {
   std::vector<Camera> cameras;
   cameras.reserve(views.size());
-  for (const LevelView& view : views) cameras.push_back(view.camera);
-  *domains = RayCaster(mesh).Cast(cameras, pairs, border_px);
+  std::vector<cv::Mat> masks;
+  for (const LevelView& view : views) {
+    cameras.push_back(view.camera);
+    masks.push_back(view.mask);
+  }
+  *domains = RayCaster(mesh).Cast(cameras, pairs, border_px, masks);
 
   RoundContext context;
   context.views = &views;

@@ -18,6 +18,7 @@ struct View {
   Camera camera;                     // of the undistorted image
   cv::Mat
       gray;  // CV_8UC1 or CV_32FC1 (grey levels 0..255), camera.width x camera.height, undistorted
+  cv::Mat mask;  // CV_8UC1 of the same size, 0 = pixel not to be used; empty = all are
 };
 
 struct ScenePoint {

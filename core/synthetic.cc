@@ -13,6 +13,7 @@
 #include "core/ray_render.h"
 #include "core/synthetic_layout.h"
 #include "core/synthetic_shapes.h"
+#include "core/synthetic_stress.h"
 
 namespace burin {
 namespace {
@@ -58,13 +59,14 @@ void RenderViews(const SyntheticLayout& layout, const MeshRays& rays, SyntheticS
   const SyntheticOptions& options = synthetic->options;
   const StoneTexture texture(Random(options, kTextureStream).Bits(0),
                              options.texture_px * layout.footprint);
+  const Stress stress(options.stress, layout.footprint);
   const std::vector<Eigen::Vector3d> vertex_normals =
       VertexNormals(layout.truth, VertexFaces(layout.truth));
   const Eigen::Vector3d light = Eigen::Vector3d(-0.5, 0.6, 0.8).normalized();
   const SurfaceShader shader = [&](const Eigen::Vector3d& point, const Eigen::Vector3d& normal) {
     // Half of the light comes from all around, so that no side is black.
     const double lambert = 0.5 + 0.5 * std::max(0.0, normal.dot(light));
-    return texture(point) * (1 - options.shading + options.shading * lambert);
+    return stress.Albedo(texture, point) * (1 - options.shading + options.shading * lambert);
   };
   const CounterRandom exposure = Random(options, kExposureStream);
   for (size_t v = 0; v < layout.cameras.size(); ++v) {
@@ -73,12 +75,17 @@ void RenderViews(const SyntheticLayout& layout, const MeshRays& rays, SyntheticS
     std::snprintf(name, sizeof(name), "view_%03d.png", static_cast<int>(v));
     view.name = name;
     view.camera = layout.cameras[v];
-    const cv::Mat1f radiance = RenderView(rays, vertex_normals, view.camera, shader, kBackground,
-                                          options.samples_per_axis);
+    cv::Mat1f radiance = RenderView(rays, vertex_normals, view.camera, shader, kBackground,
+                                    options.samples_per_axis);
     const double gain = std::max(0.2, 1 + options.exposure_spread * exposure.Normal(2 * v));
     const double offset = kOffsetPerGain * options.exposure_spread * exposure.Normal(2 * v + 1);
-    view.gray =
-        Exposed(radiance, gain, offset, options.noise_sigma, Random(options, kSensorStream + v));
+    const auto count = static_cast<int>(layout.cameras.size());
+    const auto index = static_cast<int>(v);
+    stress.ChangeRadiance(index, count, texture, &radiance);
+    const Exposure used = stress.ExposureOf(index, {gain, offset});
+    view.gray = Exposed(radiance, used.gain, used.offset, options.noise_sigma,
+                        Random(options, kSensorStream + v));
+    view.camera = stress.Calibration(index, count, layout.cameras[v]);
     synthetic->scene.views.push_back(std::move(view));
     synthetic->depth.push_back(RenderDepth(rays, layout.cameras[v]));
   }
@@ -203,6 +210,7 @@ void SyntheticOptions::Describe(OptionSet* set) {
   set->Add("synth.noise_sigma", &noise_sigma, "sensor noise in grey levels", 0, 100);
   set->Add("synth.exposure_spread", &exposure_spread, "standard deviation of the views' gains", 0,
            0.5);
+  set->Add("synth.stress", &stress, "what is wrong with the photographs", StressNames());
   set->Add("synth.init_edge_px", &init_edge_px,
            "edge length of the initial mesh in pixel footprints", 1, 1000);
   set->Add("synth.init_noise_px", &init_noise_px,

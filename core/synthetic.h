@@ -43,6 +43,7 @@ struct SyntheticOptions {
   double relief_px = 5;           // RMS height of relief; bodies and walls of occluders a third
   double noise_sigma = 1.5;       // grey levels
   double exposure_spread = 0.05;  // standard deviation over the views of the gain
+  std::string stress = "none";    // core/synthetic_stress.h
   double init_edge_px = 40;       // edge length of the initial mesh
   double init_noise_px = 0.5;     // standard deviation of its vertices along their normals
   int point_count = 2000;         // sparse points

@@ -82,8 +82,8 @@ struct RayCaster::Impl {
   // those facets each of its pixels sees.
   void CastPairs(const std::vector<Camera>& cameras, int view,
                  const std::vector<std::vector<uint8_t>>& facing,
-                 const std::vector<cv::Mat1i>& facet_maps, double border_px,
-                 ViewDomain* domain) const;
+                 const std::vector<cv::Mat1i>& facet_maps, const std::vector<cv::Mat>& masks,
+                 double border_px, ViewDomain* domain) const;
   // The four pixels around image point (x, y) all see `facet` or facets that share a vertex with it:
   // then nothing as large as a pixel is in front of it there.
   bool SeenAround(const cv::Mat1i& facet_map, double x, double y, int facet) const;
@@ -189,9 +189,11 @@ bool RayCaster::Impl::SeenAround(const cv::Mat1i& facet_map, double x, double y,
 
 void RayCaster::Impl::CastPairs(const std::vector<Camera>& cameras, int view,
                                 const std::vector<std::vector<uint8_t>>& facing,
-                                const std::vector<cv::Mat1i>& facet_maps, double border_px,
+                                const std::vector<cv::Mat1i>& facet_maps,
+                                const std::vector<cv::Mat>& masks, double border_px,
                                 ViewDomain* domain) const {
   const cv::Mat1i& facet_map = facet_maps[view];
+  const cv::Mat mask = masks.empty() ? cv::Mat() : masks[view];
   const Camera& reference = cameras[view];
   const int width = reference.width;
   const Eigen::Vector3d center_i = reference.Center();
@@ -217,6 +219,7 @@ void RayCaster::Impl::CastPairs(const std::vector<Camera>& cameras, int view,
     const Eigen::Vector3d center_j = second.Center();
     const std::vector<uint8_t>& faces_second = facing[domain->seconds[b]];
     const cv::Mat1i& second_map = facet_maps[domain->seconds[b]];
+    const cv::Mat second_mask = masks.empty() ? cv::Mat() : masks[domain->seconds[b]];
     const Eigen::Matrix<double, 3, 4> projection = second.ProjectionMatrix();
     const Eigen::Vector3d step_q = projection.leftCols<3>() * rays.ray_from_pixel.col(0);
     const Eigen::Vector3d epipole = projection.leftCols<3>() * center_i + projection.col(3);
@@ -239,6 +242,7 @@ void RayCaster::Impl::CastPairs(const std::vector<Camera>& cameras, int view,
         for (int x = 0; x < width; ++x) {
           const int facet = facet_row[x];
           if (facet < 0 || faces_second[facet] == 0) continue;
+          if (!mask.empty() && mask.at<uint8_t>(y, x) == 0) continue;
           // Homogeneous image point in j, times the inverse depth.
           const Eigen::Vector3d q =
               row_q + static_cast<double>(x) * step_q + inverse_row[x] * epipole;
@@ -246,6 +250,11 @@ void RayCaster::Impl::CastPairs(const std::vector<Camera>& cameras, int view,
           if (q.z() <= 0 || q.x() < margin || q.y() < margin ||
               q.x() > second.width * q.z() - margin || q.y() > second.height * q.z() - margin) {
             continue;
+          }
+          if (!second_mask.empty()) {
+            const int column = std::clamp(static_cast<int>(q.x() / q.z()), 0, second.width - 1);
+            const int row = std::clamp(static_cast<int>(q.y() / q.z()), 0, second.height - 1);
+            if (second_mask.at<uint8_t>(row, column) == 0) continue;
           }
           if (SeenAround(second_map, q.x() / q.z(), q.y() / q.z(), facet)) {
             plane[static_cast<size_t>(y) * width + x] |= bit;
@@ -324,8 +333,8 @@ cv::Mat1i RayCaster::FacetMap(const Camera& camera) const {
 }
 
 std::vector<ViewDomain> RayCaster::Cast(const std::vector<Camera>& cameras,
-                                        const std::vector<CameraPair>& pairs,
-                                        double border_px) const {
+                                        const std::vector<CameraPair>& pairs, double border_px,
+                                        const std::vector<cv::Mat>& masks) const {
   std::vector<ViewDomain> domains(cameras.size());
   std::vector<char> used(cameras.size(), 0);
   for (const CameraPair& pair : pairs) used[pair.reference] = used[pair.second] = 1;
@@ -362,7 +371,8 @@ std::vector<ViewDomain> RayCaster::Cast(const std::vector<Camera>& cameras,
   });
   for (size_t i = 0; i < cameras.size(); ++i) {
     if (domains[i].seconds.empty()) continue;
-    impl_->CastPairs(cameras, static_cast<int>(i), facing, facet_maps, border_px, &domains[i]);
+    impl_->CastPairs(cameras, static_cast<int>(i), facing, facet_maps, masks, border_px,
+                     &domains[i]);
   }
   return domains;
 }

@@ -51,9 +51,11 @@ class RayCaster {
   // Visible and front-facing facets of every view with their pixels, and Omega_ij for the given
   // pairs. A pixel whose facet is seen from behind belongs to nothing. Omega_ij excludes points
   // whose projection lies less than `border_px` inside view j's image or whose facet does not face
-  // j.
+  // j, and those on a pixel of i or j that masks[i] or masks[j] has zero (CV_8UC1 of the camera's
+  // size, or empty; no masks at all: none).
   std::vector<ViewDomain> Cast(const std::vector<Camera>& cameras,
-                               const std::vector<CameraPair>& pairs, double border_px) const;
+                               const std::vector<CameraPair>& pairs, double border_px,
+                               const std::vector<cv::Mat>& masks = {}) const;
 
   // For each of `points` (on facet facets[k]): nothing lies between it and `center`.
   // visible[k] is 1 or 0; facets that face away from `center` give 0.

@@ -31,6 +31,10 @@ HWY_ATTR int64_t AddCosts(const PairInput<T>& input, const Tile& tile, int y, Ke
     cost[x] += window_cost[x];
     counted += omega[x] > T(0) ? 1 : 0;
   }
+  if (!fields->weight.empty()) {
+    T* HWY_RESTRICT weight = fields->weight.data() + static_cast<size_t>(y) * input.width + tile.x0;
+    for (int x = 0; x < count; ++x) weight[x] += omega[x];
+  }
   return counted;
 }
 
@@ -90,15 +94,16 @@ HWY_EXPORT(AddTileFloat);
 HWY_EXPORT(AddTileDouble);
 
 template <typename T>
-void PixelFields<T>::Resize(size_t size, bool derivatives) {
+void PixelFields<T>::Resize(size_t size, bool derivatives, bool weights) {
   cost.resize(size);
   slope.resize(derivatives ? size : 0);
   curvature.resize(derivatives ? size : 0);
+  weight.resize(weights ? size : 0);
 }
 
 template <typename T>
 void PixelFields<T>::Clear(size_t begin, size_t end) {
-  for (std::vector<T>* field : {&cost, &slope, &curvature}) {
+  for (std::vector<T>* field : {&cost, &slope, &curvature, &weight}) {
     if (field->empty()) continue;
     std::fill(field->begin() + static_cast<long>(begin), field->begin() + static_cast<long>(end),
               T(0));

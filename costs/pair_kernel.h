@@ -61,11 +61,12 @@ struct PairInput {
 // Per-pixel sums over the pairs of one reference view.
 template <typename T>
 struct PixelFields {
-  std::vector<T> cost;                         // omega (1 - z) of the window centred here
-  std::vector<T> slope;                        // dE/ds
-  std::vector<T> curvature;                    // w D^2
-  void Resize(size_t size, bool derivatives);  // what is in them is not touched
-  void Clear(size_t begin, size_t end);        // zeros in [begin, end)
+  std::vector<T> cost;       // omega (1 - z) of the window centred here
+  std::vector<T> slope;      // dE/ds
+  std::vector<T> curvature;  // w D^2
+  std::vector<T> weight;     // omega of the windows centred here; left out where it is empty
+  void Resize(size_t size, bool derivatives, bool weights);  // what is in them is not touched
+  void Clear(size_t begin, size_t end);                      // zeros in [begin, end)
 };
 
 struct Tile {

@@ -42,6 +42,9 @@ void FillWarp(const Camera& reference, const Camera& second, double warp[9], dou
   Eigen::Map<Eigen::Vector3d>(epipole, 3) = e;
 }
 
+// Squares of 6 pixels, 48 apart: 1.6 % of the pixels.
+bool InSquare(uint32_t x, uint32_t y) { return (x + 27) % 48 < 6 && (y + 27) % 48 < 6; }
+
 struct ViewTile {
   Tile tile;
   std::vector<int> partners;  // indices into ViewDomain::seconds with a pixel in the tile
@@ -96,6 +99,7 @@ struct PhotometricEnergy::Shared {
 
   void Freeze();
   void FreezeMasks();
+  void HoldBack();
 
   // cost and derivatives of all views at `positions`.
   double Evaluate(const std::vector<Eigen::Vector3d>& vertices, bool derivatives);
@@ -105,10 +109,13 @@ struct PhotometricEnergy::Shared {
   const RoundContext* context = nullptr;
   std::vector<std::vector<ViewTile>> tiles;  // per view
   std::vector<WindowMasks> masks;            // per view
-  std::vector<PartnerBits> clear_of_steps;   // per view; empty = Omega_ij as cast
+  std::vector<PartnerBits> used_pixels;      // per view: what is used of Omega_ij; empty = all
   int64_t reference_pixels = 0;              // of all views: windows that could have a mask
   bool frozen = false;  // tiles, masks and used pixels are those of the context
   double mask_seconds = 0;
+  bool hold_squares = false;
+  std::vector<FacetScore>* scores = nullptr;  // filled in where wanted
+  bool score_squares_only = false;
   std::vector<Eigen::Vector3d>* parameters = nullptr;
   std::vector<PatchCost*> patches;  // owned by the round's problem
 
@@ -145,7 +152,7 @@ struct PhotometricEnergy::State : public PhotometricEnergy::Shared {
     const size_t pixels = static_cast<size_t>(domain.width) * domain.height;
 
     image.create(domain.height, domain.width);
-    fields.Resize(pixels, derivatives);
+    fields.Resize(pixels, derivatives, scores != nullptr);
     ParallelFor(domain.height, kRowGrain, [&](int begin, int end) {
       cv::Mat rows = image.rowRange(begin, end);
       (*views)[view].image.rowRange(begin, end).convertTo(rows, CV_32F);
@@ -177,8 +184,7 @@ struct PhotometricEnergy::State : public PhotometricEnergy::Shared {
       input.image = image[0];
       input.grey_offset = kGreyOffset;
       input.inverse_depth = inverse_depth.data();
-      const PartnerBits& counted =
-          clear_of_steps.empty() ? domain.second_visible : clear_of_steps[view];
+      const PartnerBits& counted = used_pixels.empty() ? domain.second_visible : used_pixels[view];
       input.domain = counted[b / 8].data();
       input.bit = static_cast<uint8_t>(1U << (b % 8));
       input.second = &splines[second];
@@ -207,8 +213,21 @@ struct PhotometricEnergy::State : public PhotometricEnergy::Shared {
     windows += counted;
 
     ParallelFor(facets, kFacetGrain, [&](int begin, int end) {
-      for (int k = begin; k < end; ++k) GatherFacet(domain, k, derivatives);
+      for (int k = begin; k < end; ++k) {
+        if (scores != nullptr) ScoreFacet(domain, k);
+        GatherFacet(domain, k, derivatives);
+      }
     });
+  }
+
+  void ScoreFacet(const ViewDomain& domain, int k) {
+    FacetScore& score = (*scores)[domain.facet[k]];
+    for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
+      const uint32_t p = domain.pixel[n];
+      if (score_squares_only && !InSquare(p % domain.width, p / domain.width)) continue;
+      score.cost += fields.cost[p];
+      score.weight += fields.weight[p];
+    }
   }
 
   // Adds the pixels of a facet to its corner sums.
@@ -275,7 +294,7 @@ void PhotometricEnergy::Shared::FreezeMasks() {
   const int min_taps =
       static_cast<int>(std::ceil(options.min_valid_share * options.window * options.window));
   masks.assign(views->size(), WindowMasks());
-  clear_of_steps.clear();
+  used_pixels.clear();
   const bool band = mode == MaskMode::kPlane && options.mask.band_px > 0 && !context->first_level;
   std::vector<std::vector<uint8_t>> near_steps(views->size());
   reference_pixels = 0;
@@ -292,10 +311,24 @@ void PhotometricEnergy::Shared::FreezeMasks() {
   if (band) {
     std::vector<Camera> cameras;
     for (const LevelView& view : *views) cameras.push_back(view.camera);
-    clear_of_steps =
+    used_pixels =
         WithoutSteps(*context->domains, cameras, *context->mesh, near_steps, options.mask.evidence);
   }
+  if (hold_squares) HoldBack();
   mask_seconds = watch.Seconds();
+}
+
+void PhotometricEnergy::Shared::HoldBack() {
+  used_pixels.resize(views->size());
+  for (size_t i = 0; i < views->size(); ++i) {
+    const ViewDomain& domain = (*context->domains)[i];
+    if (used_pixels[i].empty()) used_pixels[i] = domain.second_visible;
+    for (std::vector<uint8_t>& plane : used_pixels[i]) {
+      for (uint32_t p = 0; p < plane.size(); ++p) {
+        if (InSquare(p % domain.width, p / domain.width)) plane[p] = 0;
+      }
+    }
+  }
 }
 
 double PhotometricEnergy::Shared::Evaluate(const std::vector<Eigen::Vector3d>& vertices,
@@ -396,6 +429,20 @@ void PhotometricEnergy::PrepareForEvaluation(bool /*evaluate_jacobians*/,
 
 double PhotometricEnergy::Evaluate(const std::vector<Eigen::Vector3d>& vertices, bool derivatives) {
   return shared_->Evaluate(vertices, derivatives);
+}
+
+void PhotometricEnergy::HoldBackSquares(bool hold) { shared_->hold_squares = hold; }
+
+std::vector<FacetScore> PhotometricEnergy::FacetScores(const std::vector<Eigen::Vector3d>& vertices,
+                                                       bool squares_only) {
+  std::vector<FacetScore> scores(shared_->context->mesh->faces.size());
+  Forget();
+  shared_->scores = &scores;
+  shared_->score_squares_only = squares_only;
+  shared_->Evaluate(vertices, /*derivatives=*/false);
+  shared_->scores = nullptr;
+  Forget();
+  return scores;
 }
 
 int64_t PhotometricEnergy::EvaluationCount() const { return shared_->evaluations; }

@@ -47,6 +47,12 @@ struct CornerSums {
   double curvature[6] = {0, 0, 0, 0, 0, 0};  // (0,0) (0,1) (0,2) (1,1) (1,2) (2,2)
 };
 
+// Sums over the windows centred in one facet, of all pairs.
+struct FacetScore {
+  double cost = 0;    // sum of omega (1 - z)
+  double weight = 0;  // sum of omega
+};
+
 class PhotometricEnergy : public EnergyTerm, public ceres::EvaluationCallback {
  public:
   explicit PhotometricEnergy(const PhotometricOptions& options);
@@ -76,6 +82,15 @@ class PhotometricEnergy : public EnergyTerm, public ceres::EvaluationCallback {
   // Area normals of the facets at the last evaluated positions.
   const std::vector<Eigen::Vector3d>& facet_normals() const;
   const RoundContext& context() const;
+
+  // Leaves out, from the next round on, the pixels of small squares spread over every reference
+  // view: data held back to judge the result by (costs/held_back.h).
+  void HoldBackSquares(bool hold);
+
+  // The scores of all facets at given positions; of the windows centred in those squares alone, or
+  // of all. Not remembered: the next Evaluate() is a real one.
+  std::vector<FacetScore> FacetScores(const std::vector<Eigen::Vector3d>& vertices,
+                                      bool squares_only);
 
   int64_t valid_windows() const;             // windows that counted in the last evaluation
   const WindowMasks& masks(int view) const;  // of the round

@@ -105,6 +105,20 @@ void SelectByMesh(const PairSurvey& survey, PairSelection* selection) {
   selection->swaps = std::move(result.trials);
 }
 
+std::vector<CameraPair> HeldBack(const PairSurvey& survey, const std::vector<CameraPair>& pairs) {
+  const int n = survey.view_count;
+  const std::vector<double> energies = PairEnergyTable(survey, Resolve(PairsOptions()));
+  std::vector<double> scores(energies.size(), 0);
+  for (const CameraPair& pair : pairs) {
+    const size_t row = static_cast<size_t>(pair.reference) * n;
+    for (int j = 0; j < n; ++j) scores[row + j] = -energies[row + j];
+  }
+  for (const CameraPair& pair : pairs) {
+    scores[static_cast<size_t>(pair.reference) * n + pair.second] = 0;
+  }
+  return BestPartners(scores, n, 1);
+}
+
 }  // namespace
 
 std::vector<double> PairEnergyTable(const PairSurvey& survey, const PairsRecipe& recipe) {
@@ -134,6 +148,7 @@ PairSelection SelectPairs(const Scene& scene, const TriangleMesh& mesh, const Pa
   std::optional<PairSurvey> own_survey;
   if (recipe.method == "file") {
     selection.pairs = selection.initial_pairs = ReadPairFile(recipe.file, scene);
+    selection.held_back = HeldBack(SurveyPairs(scene, mesh, recipe.survey), selection.pairs);
     return selection;
   }
   if (recipe.UsesSparsePoints()) {
@@ -175,6 +190,8 @@ PairSelection SelectPairs(const Scene& scene, const TriangleMesh& mesh, const Pa
     }
     throw InputError(error);
   }
+  if (survey == nullptr) survey = &own_survey.emplace(SurveyPairs(scene, mesh, recipe.survey));
+  selection.held_back = HeldBack(*survey, selection.pairs);
   return selection;
 }
 

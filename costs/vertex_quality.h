@@ -1,0 +1,36 @@
+// What the photographs say of each vertex of a refined mesh.
+#pragma once
+
+#include <vector>
+
+#include "core/energy_term.h"
+#include "core/pairs.h"
+#include "costs/photometric_energy.h"
+
+namespace burin {
+
+// A value per vertex; NaN where it is not defined.
+struct VertexQuality {
+  // Pairs (i, j) that see a pixel of a facet at the vertex in both views.
+  std::vector<float> pairs;
+  // Mean ZNCC of the windows centred in the vertex's facets, weighted by omega.
+  std::vector<float> zncc;
+  // Standard deviation of the vertex along its normal, in the unit of `mesh`:
+  //
+  //   sd^2 = tau^2 / H_vv,   tau^2 = 2 sum omega (1 - z) / sum omega   over the windows of its facets
+  //
+  // E is half the sum over pixels of squared residuals d / s, d the difference of grey levels and s
+  // the window's contrast, because each pixel is in as many windows as a window has taps. tau^2 is the
+  // variance of d / s and H the Gauss-Newton matrix of E, so tau^2 H^-1 is the covariance for
+  // independent residuals; here with the neighbours held fixed. Too small where pairs share a
+  // photograph, whose noise then counts for several: by up to two with every pair in both
+  // directions, and more with several partners (docs/derivation.md has it measured).
+  std::vector<float> sd;
+};
+
+// `photometric` has had BeginLevel(views); its round is ended.
+VertexQuality MeasureVertexQuality(const std::vector<LevelView>& views,
+                                   const std::vector<CameraPair>& pairs, const TriangleMesh& mesh,
+                                   double border_px, PhotometricEnergy* photometric);
+
+}  // namespace burin

@@ -1,0 +1,148 @@
+// Image masks: what is zero in them takes part in nothing, on either side of a pair.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "apps/pipeline.h"
+#include "core/evaluation.h"
+#include "core/facet_pencil.h"
+#include "core/gray_image.h"
+#include "core/pyramid.h"
+#include "core/synthetic.h"
+#include "core/visibility.h"
+#include "tests/colmap_testing.h"
+#include "tests/test_scene.h"
+
+namespace burin {
+namespace {
+
+constexpr int kWidth = 96;
+constexpr int kHeight = 80;
+
+TEST(ImageMasks, TakeTheirPixelsOutOfBothSidesOfAPair) {
+  const TriangleMesh mesh = test::OccluderMesh();
+  std::vector<Camera> cameras;
+  for (const LevelView& view : test::RandomViews(kWidth, kHeight)) cameras.push_back(view.camera);
+  const RayCaster caster(mesh);
+  const std::vector<CameraPair> pairs = {{0, 1}, {1, 0}};
+  std::vector<cv::Mat> masks(cameras.size());
+  masks[0] = cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(1));
+  masks[0].colRange(30, 50) = 0;
+  const auto all = caster.Cast(cameras, pairs, 0);
+  const auto masked = caster.Cast(cameras, pairs, 0, masks);
+  int64_t left[2] = {0, 0};
+  for (int p = 0; p < kWidth * kHeight; ++p) {
+    // Reference side.
+    const bool out = p % kWidth >= 30 && p % kWidth < 50;
+    EXPECT_EQ(masked[0].second_visible[0][p], out ? 0 : all[0].second_visible[0][p]);
+    left[0] += masked[0].second_visible[0][p];
+  }
+  // Second side: by the projection of each pixel's surface point.
+  const ViewRays rays(cameras[1]);
+  for (size_t k = 0; k < all[1].facet.size(); ++k) {
+    const Eigen::RowVector3d row =
+        MakeFacetPencil(mesh.vertices, mesh.faces[all[1].facet[k]], rays).InverseDepth();
+    for (uint32_t n = all[1].start[3 * k]; n < all[1].start[3 * k + 3]; ++n) {
+      const auto p = static_cast<int>(all[1].pixel[n]);
+      const Eigen::Vector3d pixel(p % kWidth + 0.5, p / kWidth + 0.5, 1);  // NOLINT
+      const Eigen::Vector3d point =
+          cameras[1].Center() + cameras[1].Ray(pixel.x(), pixel.y()) / row.dot(pixel);
+      const double x = cameras[0].Project(point).x();
+      if (std::min(std::abs(x - 30), std::abs(x - 50)) < 1e-6) continue;
+      const bool out = x > 30 && x < 50;
+      EXPECT_EQ(masked[1].second_visible[0][p], out ? 0 : all[1].second_visible[0][p]);
+      left[1] += masked[1].second_visible[0][p];
+    }
+  }
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(masked[i].pair_pixels[0], left[i]);
+    EXPECT_GT(left[i], 0);
+    EXPECT_LT(left[i], all[i].pair_pixels[0]);
+  }
+}
+
+TEST(ImageMasks, ALevelUsesWhatIsWholeAndAPixelIn) {
+  Scene scene;
+  View& view = scene.views.emplace_back();
+  view.camera = test::LookAt({0, 0, 3}, {0, 0, 0}, 64, 32, 70);
+  view.gray = cv::Mat(32, 64, CV_8UC1, cv::Scalar(100));
+  view.mask = cv::Mat(32, 64, CV_8UC1, cv::Scalar(255));
+  view.mask.at<uint8_t>(16, 31) = 0;
+  const std::vector<LevelView> levels = MakeLevelViews(scene, 1, Eigen::Vector3d::Zero(), 1);
+  for (int y = 0; y < 16; ++y) {
+    for (int x = 0; x < 32; ++x) {
+      const bool out = std::abs(x - 15) <= 1 && std::abs(y - 8) <= 1;
+      EXPECT_EQ(levels[0].mask.at<uint8_t>(y, x), out ? 0 : 255) << x << " " << y;
+    }
+  }
+}
+
+TEST(ImageMasks, AreReadByColmapsNames) {
+  const TempFolder folder;
+  const Scene scene = TinyScene();
+  WriteColmapScene(scene, folder.path() / "scene", true);
+  const std::filesystem::path masks = folder.path() / "masks";
+  const auto refused = [&](const std::string& part) {
+    try {
+      LoadColmapScene(folder.path() / "scene", true, masks);
+      ADD_FAILURE() << part;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr(part));
+    }
+  };
+  refused("folder is missing");
+  std::filesystem::create_directories(masks);
+  refused("no image has a mask; that of view0.png would be called view0.png.png");
+  cv::Mat mask(4, 6, CV_8UC1, cv::Scalar(0));
+  mask.at<uint8_t>(1, 2) = 7;
+  WriteGrayImage(mask, masks / "view1.png.png");
+  const Scene read = LoadColmapScene(folder.path() / "scene", true, masks);
+  EXPECT_TRUE(read.views[0].mask.empty());
+  EXPECT_EQ(cv::countNonZero(read.views[1].mask), 1);
+  EXPECT_NE(read.views[1].mask.at<uint8_t>(1, 2), 0);
+  WriteGrayImage(cv::Mat(4, 5, CV_8UC1, cv::Scalar(0)), masks / "view0.png.png");
+  refused("view0.png.png: image size: is 5 x 4 but camera 1 is 6 x 4");
+}
+
+// Something that moved through two views, and masks that leave it out.
+TEST(ImageMasks, LeavingOutAMovingObjectMendsTheMesh) {
+  SyntheticOptions options;
+  options.views = 6;
+  options.width = 240;
+  options.height = 180;
+  options.samples_per_axis = 2;
+  options.init_edge_px = 24;
+  options.relief_px = 3;
+  options.truth_point_count = 1000;
+  options.point_count = 500;
+  const SyntheticScene clean = MakeSyntheticScene(options);
+  options.stress = "mover";
+  SyntheticScene moved = MakeSyntheticScene(options);
+  const auto error = [&](const Scene& scene) {
+    return RmseToTruthMesh(RunPipeline(scene, moved.init, PipelineOptions()).mesh, clean.truth,
+                           20000);
+  };
+  const double without = error(moved.scene);
+  for (size_t i = 0; i < moved.scene.views.size(); ++i) {
+    cv::Mat difference;
+    cv::absdiff(moved.scene.views[i].gray, clean.scene.views[i].gray, difference);
+    cv::Mat1b mask(difference.size(), 255);
+    for (int y = 0; y < mask.rows; ++y) {
+      for (int x = 0; x < mask.cols; ++x) {
+        // The disc's pixels, but for the few where it happens to have the scene's grey.
+        const cv::Rect around = cv::Rect(x - 2, y - 2, 5, 5) & cv::Rect(0, 0, mask.cols, mask.rows);
+        if (cv::countNonZero(difference(around)) > 0) mask(y, x) = 0;
+      }
+    }
+    moved.scene.views[i].mask = mask;
+  }
+  const double with = error(moved.scene);
+  const double best = error(clean.scene);
+  RecordProperty("without_px", std::to_string(without / clean.footprint));
+  RecordProperty("with_px", std::to_string(with / clean.footprint));
+  RecordProperty("clean_px", std::to_string(best / clean.footprint));
+  EXPECT_GT(without, 1.01 * best);
+  EXPECT_LT(with - best, 0.3 * (without - best));
+}
+
+}  // namespace
+}  // namespace burin
