@@ -105,8 +105,8 @@ def test_the_same_study_on_slurm(cluster: Path, tmp_path: Path) -> None:
     profile = shutil.copytree(ROOT / "apps/study/slurm", tmp_path / "profile")
     done = run_study(file, output, "--", "--profile", str(profile))
     assert done.returncode == 0, done.stderr
-    # The scene, two jobs for the initial mesh, four for each variant; tables and report stay here.
-    assert len(list((output / "slurm").glob("*.log"))) == 3 + 2 * 4
+    # The scene, two jobs for the initial mesh, five for each variant; tables and report stay here.
+    assert len(list((output / "slurm").glob("*.log"))) == 3 + 2 * 5
     log = (cluster / "slurmctld.log").read_text()
     assert log.count("WEXITSTATUS 0") >= 11, log
     here = tmp_path / "here"
