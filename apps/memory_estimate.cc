@@ -44,7 +44,8 @@ struct Costs {
 
   // --- a facet of the mesh
   double facet_mesh = 2 * sizeof(Eigen::Vector3i);  // the mesh and the input it came from
-  double facet_sums = 3 * sizeof(CornerSums) + sizeof(Eigen::Vector3d);  // and the facet's normal
+  // and the facet's normal, and its scores at a level's start and end
+  double facet_sums = 3 * sizeof(CornerSums) + sizeof(Eigen::Vector3d) + 2 * sizeof(FacetScore);
 
   // --- a vertex of the mesh
   // positions: mesh, solver's, last evaluated, input; RoundContext: normal, boundary and supported,
@@ -312,13 +313,17 @@ MemoryEstimate EstimateMemory(const Scene& scene, const TriangleMesh& mesh,
   } else if (options.smooth.type == "bilaplacian") {
     load.stencil = 19;  // two rings
   }
+  // Omega_ij and, beside depth steps, what is used of it; one more partner is held back.
+  const double planes =
+      (std::ceil(std::max(1.0, partners) / 8) + (options.refinement.guard.levels ? 1 : 0)) *
+      (options.photo.mask.mode == "plane" && options.photo.mask.band_px > 0 ? 2 : 1);
   MemoryEstimate peak;
   for (int level = levels.finest; level < levels.finest + levels.count; ++level) {
     load.level = level;
     load.level_pixels = std::ldexp(full_pixels, -2 * level);
     load.covered_pixels = std::ldexp(covered, -2 * level);
     load.largest_view = std::ldexp(largest, -2 * level);
-    load.domain_bytes = load.level_pixels * std::ceil(std::max(1.0, partners) / 8);
+    load.domain_bytes = load.level_pixels * planes;
     load.faces = static_cast<double>(ExpectedFaces(surface, levels.max_facet_px, level)) *
                  (levels.max_edge_px > 0 ? kLongEdges : 1);
     // Each bisection of an edge adds a vertex and, inside the surface, two faces.

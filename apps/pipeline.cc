@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "core/error.h"
@@ -47,12 +48,15 @@ constexpr int kVertexGrain = 1024;
 
 // pairs, zncc, displacement_px, sd_px; lengths in pixel footprints of the sharpest view (full
 // resolution) whose image the vertex projects into, NaN where there is none.
-std::vector<VertexScalar> QualityScalars(const std::vector<LevelView>& views,
-                                         const TriangleMesh& mesh,
-                                         const std::vector<Eigen::Vector3d>& input_position,
-                                         VertexQuality quality, int level) {
+std::vector<VertexScalar> QualityScalars(const RefinementEnd& reached,
+                                         const VertexQuality& quality) {
+  const TriangleMesh& mesh = *reached.mesh;
+  const std::vector<LevelView>& views = *reached.context->views;
   const auto count = static_cast<int>(mesh.vertices.size());
-  std::vector<float> displacement(count);
+  std::vector<VertexScalar> scalars;
+  for (const char* name : {"pairs", "zncc", "displacement_px", "sd_px"}) {
+    scalars.push_back({name, std::vector<float>(count)});
+  }
   ParallelFor(count, kVertexGrain, [&](int begin, int end) {
     for (int v = begin; v < end; ++v) {
       double footprint = std::numeric_limits<double>::infinity();
@@ -64,25 +68,16 @@ std::vector<VertexScalar> QualityScalars(const std::vector<LevelView>& views,
         footprint = std::min(footprint, view.camera.Footprint(vertex));
       }
       const double pixels =
-          std::isfinite(footprint) ? std::ldexp(1 / footprint, level) : std::nan("");
-      displacement[v] = static_cast<float>((mesh.vertices[v] - input_position[v]).norm() * pixels);
-      quality.sd[v] *= static_cast<float>(pixels);
+          std::isfinite(footprint) ? std::ldexp(1 / footprint, reached.level) : std::nan("");
+      const double moved = (mesh.vertices[v] - reached.input_position[v]).norm();
+      const int k = reached.index[v];
+      scalars[0].values[k] = quality.pairs[v];
+      scalars[1].values[k] = quality.zncc[v];
+      scalars[2].values[k] = static_cast<float>(moved * pixels);
+      scalars[3].values[k] = quality.sd[v] * static_cast<float>(pixels);
     }
   });
-  return {{"pairs", std::move(quality.pairs)},
-          {"zncc", std::move(quality.zncc)},
-          {"displacement_px", std::move(displacement)},
-          {"sd_px", std::move(quality.sd)}};
-}
-
-LevelVerdict JudgeLevel(const HeldBackVerdict& verdict) {
-  LevelVerdict level;
-  level.improved = verdict.after <= verdict.before;
-  level.report = {{"before", verdict.before},
-                  {"after", verdict.after},
-                  {"standard_error", verdict.standard_error},
-                  {"windows", std::round(verdict.windows)}};
-  return level;
+  return scalars;
 }
 
 }  // namespace
@@ -101,28 +96,15 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
   PhotometricEnergy photometric(checked.photo);
   SmoothnessEnergy smoothness(checked.smooth);
   RefinementHooks all_hooks = hooks;
+  std::optional<HeldBackJudge> judge;
   if (checked.refinement.guard.levels) {
-    photometric.HoldBackSquares(result.selection.held_back.empty());
-    all_hooks.judge_level = [&](const std::vector<LevelView>& views, const TriangleMesh& before,
-                                const TriangleMesh& after) {
-      const Stopwatch judge_watch;
-      LevelVerdict verdict = JudgeLevel(
-          CompareOnHeldBack(views, result.selection.held_back, result.selection.pairs,
-                            checked.refinement.level.border_px, before, after, &photometric));
-      verdict.report["seconds"] = judge_watch.Seconds();
-      return verdict;
+    all_hooks.judge = &judge.emplace(result.selection.held_back, &photometric);
+  }
+  if (!hooks.solve_round) {
+    all_hooks.on_end = [&](const RefinementEnd& end) {
+      result.quality = QualityScalars(end, MeasureVertexQuality(*end.mesh, &photometric));
     };
   }
-  all_hooks.on_end = [&](int level, const std::vector<LevelView>& views,
-                         const TriangleMesh& refined,
-                         const std::vector<Eigen::Vector3d>& input_position) {
-    photometric.HoldBackSquares(false);
-    result.quality =
-        QualityScalars(views, refined, input_position,
-                       MeasureVertexQuality(views, result.selection.pairs, refined,
-                                            checked.refinement.level.border_px, &photometric),
-                       level);
-  };
   result.mesh = Refine(scene, mesh, result.selection.pairs, checked.refinement,
                        {&photometric, &smoothness}, all_hooks, &result.refinement, start);
   return result;

@@ -43,7 +43,10 @@ enum class Motion { kNormal, kFree };
 struct RoundContext {
   const std::vector<LevelView>* views = nullptr;
   const std::vector<ViewDomain>* domains = nullptr;  // one per view
-  const TriangleMesh* mesh = nullptr;                // positions at the start of the round
+  // Per view, pairs that are not refined with but judge the level (core/level_judge.h), in the pixels
+  // of `domains`; null in rounds that nothing is judged in.
+  const std::vector<ViewPartners>* held_back = nullptr;
+  const TriangleMesh* mesh = nullptr;  // positions at the start of the round
   Adjacency neighbors;
   Adjacency faces;
   std::vector<char> boundary;

@@ -120,13 +120,19 @@ class CoarseToFine {
   void MakeViews(int level);
   // Cuts the mesh to the level's pixels.
   void BeginLevel();
+  // Makes context_ of mesh_ as it is now.
+  void Freeze(bool hold_back);
+  void BeginTerms();
   void RunRound();
-  // Undoes the level when the judge says so.
-  void EndLevel();
+  // Lets the judge look at the level, and undoes it when it says so.
+  void JudgeLevel();
+  // For a run that goes on within a level.
+  void ShowJudgeTheStart();
+  void End();
   // Minimises the terms on the frozen round from `mesh_` on; the new positions.
-  std::vector<Eigen::Vector3d> Solve(const RoundContext& context, RoundSummary* summary);
+  std::vector<Eigen::Vector3d> Solve(RoundSummary* summary);
   bool Report(const IterationRecord& record);
-  RoundTrial SolveByHook(RoundProblem* round, const RoundContext& context);
+  RoundTrial SolveByHook(RoundProblem* round);
   TriangleMesh InWorld(TriangleMesh mesh) const;
 
   const Scene& scene_;
@@ -144,6 +150,11 @@ class CoarseToFine {
   std::vector<LevelView> views_;
   TriangleMesh mesh_;  // state_.mesh in the order of state_.order
   SolverOptions solver_;
+  // Of the round in work; what the context refers to.
+  RoundContext context_;
+  std::vector<ViewDomain> domains_;
+  std::vector<ViewPartners> held_back_;
+  bool context_is_of_mesh_ = false;  // a round was solved in it and mesh_ is what it ended with
   // Work is proportional to pixels: level l has 4^-l of them.
   double work_total_ = 0;
   double work_done_ = 0;
@@ -165,6 +176,10 @@ void CoarseToFine::SetWork() {
 }
 
 void CoarseToFine::MakeViews(int level) {
+  context_ = RoundContext();
+  domains_.clear();
+  held_back_.clear();
+  context_is_of_mesh_ = false;
   ReturnFreeMemory();
   const Stopwatch watch;
   views_ = MakeLevelViews(scene_, level, origin_, 1 / footprint_);
@@ -214,13 +229,13 @@ bool CoarseToFine::Report(const IterationRecord& record) {
   return !stopped_;
 }
 
-RoundTrial CoarseToFine::SolveByHook(RoundProblem* round, const RoundContext& context) {
+RoundTrial CoarseToFine::SolveByHook(RoundProblem* round) {
   const int unknowns = round->Unknowns();
   FrozenRound frozen;
   frozen.level = state_.level;
   frozen.round = state_.round;
   frozen.unknowns = unknowns;
-  frozen.context = &context;
+  frozen.context = &context_;
   frozen.world_mesh = [&](const std::vector<Eigen::Vector3d>& now) {
     TriangleMesh moved = state_.mesh;
     RestoreVertices({now, {}}, state_.order, &moved);
@@ -232,17 +247,17 @@ RoundTrial CoarseToFine::SolveByHook(RoundProblem* round, const RoundContext& co
   return hooks_.solve_round(frozen);
 }
 
-std::vector<Eigen::Vector3d> CoarseToFine::Solve(const RoundContext& context,
-                                                 RoundSummary* summary) {
+std::vector<Eigen::Vector3d> CoarseToFine::Solve(RoundSummary* summary) {
   const Stopwatch build_watch;
-  for (EnergyTerm* term : terms_) term->BeginRound(context);
+  BeginTerms();
   std::vector<Eigen::Vector3d> positions = mesh_.vertices;
-  RoundProblem round(terms_, context, &positions);
+  RoundProblem round(terms_, context_, &positions);
   summary->build_seconds = build_watch.Seconds();
+  if (hooks_.judge != nullptr && state_.round == 0) hooks_.judge->BeginLevel(context_);
   round.task.pixel = std::ldexp(1.0, state_.level);
   round.task.on_iteration = [&](const IterationRecord& record) { return Report(record); };
   if (hooks_.solve_round) {
-    RoundTrial trial = SolveByHook(&round, context);
+    RoundTrial trial = SolveByHook(&round);
     summary->energy_initial = std::move(trial.energy_initial);
     summary->solve = std::move(trial.solve);
     summary->energy_final = std::move(trial.energy_final);
@@ -259,64 +274,104 @@ std::vector<Eigen::Vector3d> CoarseToFine::Solve(const RoundContext& context,
   return positions;
 }
 
+void CoarseToFine::Freeze(bool hold_back) {
+  hold_back &= hooks_.judge != nullptr;
+  context_ = FreezeRound(views_, pairs_, mesh_,
+                         options_.motion == "free" ? Motion::kFree : Motion::kNormal,
+                         options_.level.border_px, &domains_,
+                         hold_back ? hooks_.judge->HeldBackPairs() : std::vector<CameraPair>(),
+                         hold_back ? &held_back_ : nullptr);
+  context_.first_level = state_.level == first_level_;
+}
+
+void CoarseToFine::BeginTerms() {
+  for (EnergyTerm* term : terms_) term->BeginRound(context_);
+}
+
 void CoarseToFine::RunRound() {
   RoundSummary summary;
   summary.round = state_.round;
+  const bool last = state_.round + 1 == RoundsOf(state_.level);
   const Stopwatch visibility_watch;
-  std::vector<ViewDomain> domains;
-  RoundContext context = FreezeRound(views_, pairs_, mesh_,
-                                     options_.motion == "free" ? Motion::kFree : Motion::kNormal,
-                                     options_.level.border_px, &domains);
-  context.first_level = state_.level == first_level_;
+  Freeze(/*hold_back=*/last || state_.round == 0);
   const bool relax_hidden = options_.hidden == "relax";
   if (relax_hidden) {
     for (size_t v = 0; v < state_.order.vertex.size(); ++v) {
       char& was = state_.was_supported[state_.order.vertex[v]];
-      was = static_cast<char>(was | context.supported[v]);
-      context.was_supported[v] = was;
+      was = static_cast<char>(was | context_.supported[v]);
+      context_.was_supported[v] = was;
     }
   }
   summary.visibility_seconds = visibility_watch.Seconds();
-  for (const ViewDomain& domain : domains) {
+  for (const ViewDomain& domain : domains_) {
     for (const int64_t pixels : domain.pair_pixels) summary.pair_pixels += pixels;
   }
   summary.supported_vertices =
-      static_cast<int>(std::count(context.supported.begin(), context.supported.end(), 1));
+      static_cast<int>(std::count(context_.supported.begin(), context_.supported.end(), 1));
   if (summary.pair_pixels == 0) {
     throw InputError("no camera pair sees a common part of the mesh at level " +
                      std::to_string(state_.level) +
                      ": every facet is out of view, hidden or seen from behind");
   }
   const std::vector<Eigen::Vector3d> before = mesh_.vertices;
-  std::vector<Eigen::Vector3d> positions = Solve(context, &summary);
+  std::vector<Eigen::Vector3d> positions = Solve(&summary);
   if (summary.solve.usable) mesh_.vertices = std::move(positions);
   GuardOptions guard = options_.guard;
   // On the way facets of bridges over depth steps turn over and go into folds that vanish.
-  guard.inverted &=
-      state_.level == options_.level.finest && state_.round + 1 == RoundsOf(state_.level);
-  summary.guard = RevertFaults(before, context.faces, context.neighbors,
+  guard.inverted &= state_.level == options_.level.finest && last;
+  summary.guard = RevertFaults(before, context_.faces, context_.neighbors,
                                std::ldexp(1.0, state_.level), guard, &mesh_);
-  summary.carried_vertices = ExtendToUnseen(context, before, &mesh_);
+  summary.carried_vertices = ExtendToUnseen(context_, before, &mesh_);
   if (relax_hidden) {
-    summary.relaxed_vertices = RelaxHiddenFolds(context, kRelaxSweeps, &mesh_);
+    summary.relaxed_vertices = RelaxHiddenFolds(context_, kRelaxSweeps, &mesh_);
   }
   RestoreVertices(mesh_, state_.order, &state_.mesh);
   for (EnergyTerm* term : terms_) summary.terms[term->Name()] = term->RoundReport();
-  if (hooks_.on_round) hooks_.on_round(context, mesh_, summary);
+  if (hooks_.on_round) hooks_.on_round(context_, mesh_, summary);
   state_.summary.levels.back().rounds.push_back(std::move(summary));
   work_done_ += std::ldexp(1.0, -2 * state_.level);
+  context_is_of_mesh_ = true;
 }
 
-void CoarseToFine::EndLevel() {
-  if (!hooks_.judge_level) return;
+void CoarseToFine::ShowJudgeTheStart() {
+  if (hooks_.judge == nullptr) return;
+  const TriangleMesh now = mesh_;
   TriangleMesh start = state_.mesh;
   start.vertices = state_.level_start;
-  const LevelVerdict verdict =
-      hooks_.judge_level(views_, Ordered(start, state_.order), Ordered(state_.mesh, state_.order));
+  mesh_ = Ordered(start, state_.order);
+  Freeze(/*hold_back=*/true);
+  BeginTerms();
+  hooks_.judge->BeginLevel(context_);
+  mesh_ = now;
+}
+
+void CoarseToFine::JudgeLevel() {
+  if (hooks_.judge == nullptr) return;
+  const LevelVerdict verdict = hooks_.judge->EndLevel(context_, mesh_);
   LevelSummary& level = state_.summary.levels.back();
   level.held_back = verdict.report;
-  level.undone = !verdict.improved;
-  if (level.undone) state_.mesh.vertices = state_.level_start;
+  level.undone = verdict.worse;
+  if (!level.undone) return;
+  state_.mesh.vertices = state_.level_start;
+  context_is_of_mesh_ = false;
+}
+
+void CoarseToFine::End() {
+  if (!hooks_.on_end) return;
+  RefinementEnd end;
+  end.level = std::max(state_.level, options_.level.finest);
+  if (!context_is_of_mesh_) {
+    if (views_.empty()) MakeViews(end.level);  // began after the last level
+    if (state_.order.vertex.empty()) state_.order = OrderAlongCurve(state_.mesh);
+    mesh_ = Ordered(state_.mesh, state_.order);
+    Freeze(/*hold_back=*/false);
+    BeginTerms();
+  }
+  end.context = &context_;
+  end.mesh = &mesh_;
+  end.index = state_.order.vertex;
+  for (const int v : end.index) end.input_position.push_back(state_.input_position[v]);
+  hooks_.on_end(end);
 }
 
 TriangleMesh CoarseToFine::Run(const TriangleMesh& input, const RefinementState* start) {
@@ -350,26 +405,23 @@ TriangleMesh CoarseToFine::Run(const TriangleMesh& input, const RefinementState*
       solver_.function_tolerance = options_.level.coarse_tolerance;
     }
     mesh_ = Ordered(state_.mesh, state_.order);
+    if (state_.round > 0) ShowJudgeTheStart();
     const int level = state_.level;
     while (state_.level == level && !stopped_) {
       RunRound();
       state_.summary.seconds = seconds_before + watch_.Seconds();
       if (stopped_) break;
       if (++state_.round == RoundsOf(level)) {
-        EndLevel();
+        JudgeLevel();
         if (hooks_.on_level) hooks_.on_level(state_.summary.levels.back(), InWorld(state_.mesh));
-        --state_.level;
+        if (--state_.level < options_.level.finest) break;
         state_.round = 0;
         state_.order = MeshOrder();
       }
       if (hooks_.on_state) hooks_.on_state(state_);
     }
   }
-  if (hooks_.on_end) {
-    const int level = std::max(state_.level, options_.level.finest);
-    if (views_.empty()) MakeViews(level);  // began after the last level
-    hooks_.on_end(level, views_, state_.mesh, state_.input_position);
-  }
+  End();
   return InWorld(std::move(state_.mesh));
 }
 

@@ -21,6 +21,7 @@
 
 #include "core/energy_term.h"
 #include "core/frozen_round.h"
+#include "core/level_judge.h"
 #include "core/local_guard.h"
 #include "core/mesh.h"
 #include "core/options.h"
@@ -44,12 +45,6 @@ struct LevelOptions {
   void Describe(OptionSet* set);
 };
 
-// What a judge says of a level: the mesh after it against that before, on data held back.
-struct LevelVerdict {
-  bool improved = true;  // false: the level is undone
-  nlohmann::json report;
-};
-
 struct RefinementOptions {
   LevelOptions level;
   SolverOptions solver;
@@ -67,6 +62,16 @@ struct RefinementEvent {
   IterationRecord iteration;
 };
 
+// The refined mesh with a frozen round, which the terms have begun: the last one, or one made for this
+// mesh where that one was not of it (the run was stopped, the level undone).
+struct RefinementEnd {
+  const RoundContext* context = nullptr;
+  int level = 0;                                // of the pyramid, the context's
+  const TriangleMesh* mesh = nullptr;           // normalised world, in the context's order
+  std::vector<Eigen::Vector3d> input_position;  // where on the input its vertices lay
+  std::vector<int> index;  // in the mesh that Refine() returns, of every vertex
+};
+
 struct RefinementHooks {
   // After every iteration; false stops the refinement after this iteration with the mesh so far.
   std::function<bool(const RefinementEvent&)> on_iteration;
@@ -77,18 +82,13 @@ struct RefinementHooks {
   // It may try several strategies on the round. Called instead of on_iteration; the figures of
   // RoundSummary::terms are then over all trials.
   std::function<RoundTrial(const FrozenRound&)> solve_round;
-  // Decides after every level, both meshes with the same facets and in the normalised world.
-  std::function<LevelVerdict(const std::vector<LevelView>&, const TriangleMesh& before,
-                             const TriangleMesh& after)>
-      judge_level;
-  // Before Refine() returns: the last level and its views, the mesh in their world, and where on the
-  // input its vertices lay.
-  std::function<void(int level, const std::vector<LevelView>&, const TriangleMesh&,
-                     const std::vector<Eigen::Vector3d>& input_position)>
-      on_end;
+  // Decides after every level; null: every level stands.
+  LevelJudge* judge = nullptr;
+  // Before Refine() returns.
+  std::function<void(const RefinementEnd&)> on_end;
   // After every level, with the mesh in the caller's world.
   std::function<void(const LevelSummary&, const TriangleMesh&)> on_level;
-  // After every round that ran to its end, with what Refine() needs to go on from there.
+  // After every round that ran to its end but the last, with what Refine() needs to go on from there.
   std::function<void(const RefinementState&)> on_state;
 };
 

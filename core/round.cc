@@ -40,7 +40,9 @@ std::vector<char> SupportedVertices(const std::vector<ViewDomain>& domains,
 
 RoundContext FreezeRound(const std::vector<LevelView>& views, const std::vector<CameraPair>& pairs,
                          const TriangleMesh& mesh, Motion motion, double border_px,
-                         std::vector<ViewDomain>* domains) {
+                         std::vector<ViewDomain>* domains,
+                         const std::vector<CameraPair>& held_back_pairs,
+                         std::vector<ViewPartners>* held_back) {
   std::vector<Camera> cameras;
   cameras.reserve(views.size());
   std::vector<cv::Mat> masks;
@@ -48,11 +50,12 @@ RoundContext FreezeRound(const std::vector<LevelView>& views, const std::vector<
     cameras.push_back(view.camera);
     masks.push_back(view.mask);
   }
-  *domains = RayCaster(mesh).Cast(cameras, pairs, border_px, masks);
+  *domains = RayCaster(mesh).Cast(cameras, pairs, border_px, masks, held_back_pairs, held_back);
 
   RoundContext context;
   context.views = &views;
   context.domains = domains;
+  context.held_back = held_back;
   context.mesh = &mesh;
   context.faces = VertexFaces(mesh);
   context.neighbors = VertexNeighbors(mesh, context.faces);

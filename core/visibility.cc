@@ -83,7 +83,7 @@ struct RayCaster::Impl {
   void CastPairs(const std::vector<Camera>& cameras, int view,
                  const std::vector<std::vector<uint8_t>>& facing,
                  const std::vector<cv::Mat1i>& facet_maps, const std::vector<cv::Mat>& masks,
-                 double border_px, ViewDomain* domain) const;
+                 double border_px, const ViewDomain& domain, ViewPartners* partners) const;
   // The four pixels around image point (x, y) all see `facet` or facets that share a vertex with it:
   // then nothing as large as a pixel is in front of it there.
   bool SeenAround(const cv::Mat1i& facet_map, double x, double y, int facet) const;
@@ -191,7 +191,7 @@ void RayCaster::Impl::CastPairs(const std::vector<Camera>& cameras, int view,
                                 const std::vector<std::vector<uint8_t>>& facing,
                                 const std::vector<cv::Mat1i>& facet_maps,
                                 const std::vector<cv::Mat>& masks, double border_px,
-                                ViewDomain* domain) const {
+                                const ViewDomain& domain, ViewPartners* partners) const {
   const cv::Mat1i& facet_map = facet_maps[view];
   const cv::Mat mask = masks.empty() ? cv::Mat() : masks[view];
   const Camera& reference = cameras[view];
@@ -200,30 +200,30 @@ void RayCaster::Impl::CastPairs(const std::vector<Camera>& cameras, int view,
   // Inverse depth along the ray of every pixel, affine in the pixel for each facet; 0 = no facet.
   cv::Mat1d inverse_depth(reference.height, width, 0.0);
   const ViewRays rays(reference);
-  ParallelFor(static_cast<int>(domain->facet.size()), kFacetGrain, [&](int begin, int end) {
+  ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       const Eigen::RowVector3d row =
-          MakeFacetPencil(mesh.vertices, mesh.faces[domain->facet[k]], rays).InverseDepth();
-      for (uint32_t n = domain->start[3 * k]; n < domain->start[3 * k + 3]; ++n) {
-        const int x = static_cast<int>(domain->pixel[n]) % width;
-        const int y = static_cast<int>(domain->pixel[n]) / width;
+          MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], rays).InverseDepth();
+      for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
+        const int x = static_cast<int>(domain.pixel[n]) % width;
+        const int y = static_cast<int>(domain.pixel[n]) / width;
         inverse_depth(y, x) = row[0] * (x + 0.5) + row[1] * (y + 0.5) + row[2];
       }
     }
   });
-  domain->second_visible.assign(
-      (domain->seconds.size() + 7) / 8,
+  partners->second_visible.assign(
+      (partners->seconds.size() + 7) / 8,
       std::vector<uint8_t>(static_cast<size_t>(width) * reference.height, 0));
-  for (size_t b = 0; b < domain->seconds.size(); ++b) {
-    const Camera& second = cameras[domain->seconds[b]];
+  for (size_t b = 0; b < partners->seconds.size(); ++b) {
+    const Camera& second = cameras[partners->seconds[b]];
     const Eigen::Vector3d center_j = second.Center();
-    const std::vector<uint8_t>& faces_second = facing[domain->seconds[b]];
-    const cv::Mat1i& second_map = facet_maps[domain->seconds[b]];
-    const cv::Mat second_mask = masks.empty() ? cv::Mat() : masks[domain->seconds[b]];
+    const std::vector<uint8_t>& faces_second = facing[partners->seconds[b]];
+    const cv::Mat1i& second_map = facet_maps[partners->seconds[b]];
+    const cv::Mat second_mask = masks.empty() ? cv::Mat() : masks[partners->seconds[b]];
     const Eigen::Matrix<double, 3, 4> projection = second.ProjectionMatrix();
     const Eigen::Vector3d step_q = projection.leftCols<3>() * rays.ray_from_pixel.col(0);
     const Eigen::Vector3d epipole = projection.leftCols<3>() * center_i + projection.col(3);
-    std::vector<uint8_t>& plane = domain->second_visible[b / 8];
+    std::vector<uint8_t>& plane = partners->second_visible[b / 8];
     const auto bit = static_cast<uint8_t>(1U << (b % 8));
     std::vector<int64_t> row_count(reference.height, 0);
     ParallelFor(reference.height, kRowGrain, [&](int begin, int end) {
@@ -281,7 +281,7 @@ void RayCaster::Impl::CastPairs(const std::vector<Camera>& cameras, int view,
     });
     int64_t total = 0;
     for (int64_t count : row_count) total += count;
-    domain->pair_pixels.push_back(total);
+    partners->pair_pixels.push_back(total);
   }
 }
 
@@ -334,10 +334,23 @@ cv::Mat1i RayCaster::FacetMap(const Camera& camera) const {
 
 std::vector<ViewDomain> RayCaster::Cast(const std::vector<Camera>& cameras,
                                         const std::vector<CameraPair>& pairs, double border_px,
-                                        const std::vector<cv::Mat>& masks) const {
+                                        const std::vector<cv::Mat>& masks,
+                                        const std::vector<CameraPair>& other_pairs,
+                                        std::vector<ViewPartners>* others) const {
   std::vector<ViewDomain> domains(cameras.size());
   std::vector<char> used(cameras.size(), 0);
-  for (const CameraPair& pair : pairs) used[pair.reference] = used[pair.second] = 1;
+  std::vector<char> reference(cameras.size(), 0);
+  for (const CameraPair& pair : pairs) {
+    domains[pair.reference].seconds.push_back(pair.second);
+    used[pair.reference] = used[pair.second] = reference[pair.reference] = 1;
+  }
+  if (others != nullptr) {
+    others->assign(cameras.size(), ViewPartners());
+    for (const CameraPair& pair : other_pairs) {
+      (*others)[pair.reference].seconds.push_back(pair.second);
+      used[pair.reference] = used[pair.second] = reference[pair.reference] = 1;
+    }
+  }
   std::vector<std::vector<uint8_t>> facing(cameras.size());
   ParallelFor(static_cast<int>(cameras.size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
@@ -348,9 +361,6 @@ std::vector<ViewDomain> RayCaster::Cast(const std::vector<Camera>& cameras,
   for (size_t i = 0; i < cameras.size(); ++i) {
     domains[i].width = cameras[i].width;
     domains[i].height = cameras[i].height;
-    for (const CameraPair& pair : pairs) {
-      if (pair.reference == static_cast<int>(i)) domains[i].seconds.push_back(pair.second);
-    }
     if (used[i] == 0) continue;
     facet_maps[i] = FacetMap(cameras[i]);
     ParallelFor(cameras[i].height, kRowGrain, [&](int begin, int end) {
@@ -362,7 +372,7 @@ std::vector<ViewDomain> RayCaster::Cast(const std::vector<Camera>& cameras,
   }
   ParallelFor(static_cast<int>(cameras.size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
-      if (domains[i].seconds.empty()) {
+      if (reference[i] == 0) {
         domains[i].start.assign(1, 0);
       } else {
         impl_->BuildPixelLists(cameras[i], facet_maps[i], &domains[i]);
@@ -370,9 +380,13 @@ std::vector<ViewDomain> RayCaster::Cast(const std::vector<Camera>& cameras,
     }
   });
   for (size_t i = 0; i < cameras.size(); ++i) {
-    if (domains[i].seconds.empty()) continue;
-    impl_->CastPairs(cameras, static_cast<int>(i), facing, facet_maps, masks, border_px,
-                     &domains[i]);
+    std::vector<ViewPartners*> sets = {&domains[i]};
+    if (others != nullptr) sets.push_back(&(*others)[i]);
+    for (ViewPartners* partners : sets) {
+      if (partners->seconds.empty()) continue;
+      impl_->CastPairs(cameras, static_cast<int>(i), facing, facet_maps, masks, border_px,
+                       domains[i], partners);
+    }
   }
   return domains;
 }

@@ -20,22 +20,37 @@
 
 namespace burin {
 
+// Bits per pixel, eight planes to a byte: bit b of bits[b / 8][p] is that of partner b at pixel p.
+using PartnerBits = std::vector<std::vector<uint8_t>>;
+
+// The regions Omega_ij of a reference view i.
+struct ViewPartners {
+  std::vector<int> seconds;          // views j, in the order of the bits below
+  PartnerBits second_visible;        // pixel p is in Omega_ij
+  std::vector<int64_t> pair_pixels;  // |Omega_ij| for each of `seconds`
+};
+
 // What view i sees, as lists of pixels per facet corner.
 //
 // A pixel belongs to the corner of its facet with the largest barycentric coordinate at its surface
 // point. Corner c of the k-th visible facet owns pixel[start[3k+c]] .. pixel[start[3k+c+1]-1],
 // row-major pixel indices in ascending order.
-struct ViewDomain {
+struct ViewDomain : ViewPartners {
   int width = 0;
   int height = 0;
   std::vector<int> facet;       // visible facets, ascending
   std::vector<uint32_t> start;  // 3 * facet.size() + 1
   std::vector<uint32_t> pixel;
-  std::vector<int> seconds;  // partner views j of this view, in the order of the bits below
-  // Bit b of second_visible[b / 8][p] tells whether pixel p is in Omega_ij for j = seconds[b].
-  std::vector<std::vector<uint8_t>> second_visible;
-  std::vector<int64_t> pair_pixels;  // |Omega_ij| for each of `seconds`
 };
+
+// Of ViewDomain or ViewPartners, which must outlive the result.
+template <typename View>
+std::vector<const ViewPartners*> PartnersOf(const std::vector<View>& views) {
+  std::vector<const ViewPartners*> partners;
+  partners.reserve(views.size());
+  for (const View& view : views) partners.push_back(&view);
+  return partners;
+}
 
 class RayCaster {
  public:
@@ -52,10 +67,13 @@ class RayCaster {
   // pairs. A pixel whose facet is seen from behind belongs to nothing. Omega_ij excludes points
   // whose projection lies less than `border_px` inside view j's image or whose facet does not face
   // j, and those on a pixel of i or j that masks[i] or masks[j] has zero (CV_8UC1 of the camera's
-  // size, or empty; no masks at all: none).
+  // size, or empty; no masks at all: none). `others` gets the regions of `other_pairs`, per view,
+  // from the same rays; the domains' pixels are theirs too.
   std::vector<ViewDomain> Cast(const std::vector<Camera>& cameras,
                                const std::vector<CameraPair>& pairs, double border_px,
-                               const std::vector<cv::Mat>& masks = {}) const;
+                               const std::vector<cv::Mat>& masks = {},
+                               const std::vector<CameraPair>& other_pairs = {},
+                               std::vector<ViewPartners>* others = nullptr) const;
 
   // For each of `points` (on facet facets[k]): nothing lies between it and `center`.
   // visible[k] is 1 or 0; facets that face away from `center` give 0.

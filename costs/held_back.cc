@@ -4,52 +4,29 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
-#include "core/round.h"
+#include "core/stopwatch.h"
 
 namespace burin {
 namespace {
 
 constexpr int kBatches = 64;
 
-void Add(const std::vector<FacetScore>& scores, std::vector<FacetScore>* sum) {
-  sum->resize(scores.size());
-  for (size_t f = 0; f < scores.size(); ++f) {
-    (*sum)[f].cost += scores[f].cost;
-    (*sum)[f].weight += scores[f].weight;
-  }
-}
-
 }  // namespace
 
-HeldBackVerdict CompareOnHeldBack(const std::vector<LevelView>& views,
-                                  const std::vector<CameraPair>& pairs,
-                                  const std::vector<CameraPair>& used_pairs, double border_px,
-                                  const TriangleMesh& before, const TriangleMesh& after,
-                                  PhotometricEnergy* photometric) {
-  CHECK_EQ(before.faces.size(), after.faces.size());
-  const bool squares = pairs.empty();
-  std::vector<FacetScore> score_before;
-  std::vector<FacetScore> score_after;
-  for (const TriangleMesh* visible : {&before, &after}) {
-    std::vector<ViewDomain> domains;
-    const RoundContext context = FreezeRound(views, squares ? used_pairs : pairs, *visible,
-                                             Motion::kNormal, border_px, &domains);
-    photometric->HoldBackSquares(false);
-    photometric->BeginRound(context);
-    Add(photometric->FacetScores(before.vertices, squares), &score_before);
-    Add(photometric->FacetScores(after.vertices, squares), &score_after);
-    photometric->HoldBackSquares(squares);
-  }
-  const size_t count = before.faces.size();
+HeldBackVerdict CompareScores(const std::vector<FacetScore>& before,
+                              const std::vector<FacetScore>& after) {
+  CHECK_EQ(before.size(), after.size());
+  const size_t count = before.size();
   double weights[kBatches] = {};
   double changes[kBatches] = {};
   HeldBackVerdict verdict;
   for (size_t f = 0; f < count; ++f) {
-    const double weight = std::min(score_before[f].weight, score_after[f].weight);
+    const double weight = std::min(before[f].weight, after[f].weight);
     if (weight <= 0) continue;
-    const double e_before = score_before[f].cost / score_before[f].weight;
-    const double e_after = score_after[f].cost / score_after[f].weight;
+    const double e_before = before[f].cost / before[f].weight;
+    const double e_after = after[f].cost / after[f].weight;
     const size_t batch = f * kBatches / count;
     weights[batch] += weight;
     changes[batch] += weight * (e_after - e_before);
@@ -68,6 +45,34 @@ HeldBackVerdict CompareOnHeldBack(const std::vector<LevelView>& views,
   }
   verdict.standard_error = std::sqrt(square) / verdict.windows;
   return verdict;
+}
+
+HeldBackJudge::HeldBackJudge(std::vector<CameraPair> pairs, PhotometricEnergy* photometric)
+    : pairs_(std::move(pairs)), photometric_(photometric) {
+  photometric_->HoldBackSquares(pairs_.empty());
+}
+
+void HeldBackJudge::BeginLevel(const RoundContext& first) {
+  const Stopwatch watch;
+  before_ = photometric_->FacetScores(first.mesh->vertices, PhotometricEnergy::Windows::kHeldBack,
+                                      /*derivatives=*/false);
+  seconds_ = watch.Seconds();
+}
+
+LevelVerdict HeldBackJudge::EndLevel(const RoundContext& /*last*/, const TriangleMesh& after) {
+  const Stopwatch watch;
+  const HeldBackVerdict verdict = CompareScores(
+      before_, photometric_->FacetScores(after.vertices, PhotometricEnergy::Windows::kHeldBack,
+                                         /*derivatives=*/false));
+  before_.clear();
+  LevelVerdict level;
+  level.worse = verdict.Worse();
+  level.report = {{"before", verdict.before},
+                  {"after", verdict.after},
+                  {"standard_error", verdict.standard_error},
+                  {"windows", std::round(verdict.windows)},
+                  {"seconds", seconds_ + watch.Seconds()}};
+  return level;
 }
 
 }  // namespace burin

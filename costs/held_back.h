@@ -1,21 +1,19 @@
 // Whether a level of the refinement improved the mesh, judged by data it did not see: camera pairs
 // that were not used, or else small squares of the images that were left out.
 //
-// Both meshes have the same facets. On the windows that fall into a facet, of both meshes'
-// own visibility V in {before, after},
+// Both meshes have the same facets. On the windows that fall into a facet, of the visibility frozen
+// in the level's first round for the mesh before and in its last round for the mesh after,
 //
-//   e(mesh) = sum_V sum omega (1 - z) / sum_V sum omega
+//   e(mesh) = sum omega (1 - z) / sum omega
 //
-// so that both are scored on the same pixels; facets that one of them leaves without windows do not
-// count. The change is the mean of e(after) - e(before) over facets, weighted by the smaller sum
-// of omega; its standard error comes from the spread over batches of neighbouring facets.
+// so that both are scored on the same piece of surface; facets that one of them leaves without
+// windows do not count. The change is the mean of e(after) - e(before) over facets, weighted by the
+// smaller sum of omega; its standard error comes from the spread over batches of neighbouring facets.
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <vector>
 
-#include "core/energy_term.h"
-#include "core/pairs.h"
+#include "core/level_judge.h"
 #include "costs/photometric_energy.h"
 
 namespace burin {
@@ -25,14 +23,29 @@ struct HeldBackVerdict {
   double after = 0;
   double standard_error = 0;  // of after - before
   double windows = 0;         // sum of the weights
+  // By more than two standard errors: pairs that do not correlate on either mesh say nothing.
+  bool Worse() const { return after - before > 2 * standard_error; }
 };
 
-// `pairs` held back; where there are none, the squares of PhotometricEnergy::HoldBackSquares() in
-// `used_pairs`. The term's BeginLevel() has been called with `views`; its round is ended.
-HeldBackVerdict CompareOnHeldBack(const std::vector<LevelView>& views,
-                                  const std::vector<CameraPair>& pairs,
-                                  const std::vector<CameraPair>& used_pairs, double border_px,
-                                  const TriangleMesh& before, const TriangleMesh& after,
-                                  PhotometricEnergy* photometric);
+// By facet; neighbouring facets have neighbouring indices.
+HeldBackVerdict CompareScores(const std::vector<FacetScore>& before,
+                              const std::vector<FacetScore>& after);
+
+class HeldBackJudge : public LevelJudge {
+ public:
+  // By `pairs`; where there are none, by squares (PhotometricEnergy::HoldBackSquares). `photometric` is
+  // a term of the refinement and not owned.
+  HeldBackJudge(std::vector<CameraPair> pairs, PhotometricEnergy* photometric);
+
+  const std::vector<CameraPair>& HeldBackPairs() const override { return pairs_; }
+  void BeginLevel(const RoundContext& first) override;
+  LevelVerdict EndLevel(const RoundContext& last, const TriangleMesh& after) override;
+
+ private:
+  const std::vector<CameraPair> pairs_;
+  PhotometricEnergy* const photometric_;
+  std::vector<FacetScore> before_;
+  double seconds_ = 0;
+};
 
 }  // namespace burin

@@ -25,33 +25,13 @@
 #include <vector>
 
 #include "core/energy_term.h"
-#include "core/options.h"
-#include "costs/occlusion_mask.h"
+#include "costs/photometric_options.h"
+#include "costs/photometric_round.h"
+#include "costs/view_evaluation.h"
 
 namespace burin {
 
-struct PhotometricOptions {
-  int window = 5;                 // taps along a side, odd
-  double variance_floor = 25;     // e^2 in squared grey levels
-  double reliability = 0;         // nu = reliability * (noise_i^2 + noise_j^2)
-  double min_valid_share = 0.8;   // of the window's taps
-  bool double_precision = false;  // fields in double, for derivative checks
-  MaskOptions mask;
-  void Describe(OptionSet* set);
-};
-
-// Sums over the pixels of one corner of one facet (see above).
-struct CornerSums {
-  double cost = 0;
-  double slope[3] = {0, 0, 0};
-  double curvature[6] = {0, 0, 0, 0, 0, 0};  // (0,0) (0,1) (0,2) (1,1) (1,2) (2,2)
-};
-
-// Sums over the windows centred in one facet, of all pairs.
-struct FacetScore {
-  double cost = 0;    // sum of omega (1 - z)
-  double weight = 0;  // sum of omega
-};
+class PatchCost;
 
 class PhotometricEnergy : public EnergyTerm, public ceres::EvaluationCallback {
  public:
@@ -83,23 +63,42 @@ class PhotometricEnergy : public EnergyTerm, public ceres::EvaluationCallback {
   const std::vector<Eigen::Vector3d>& facet_normals() const;
   const RoundContext& context() const;
 
-  // Leaves out, from the next round on, the pixels of small squares spread over every reference
-  // view: data held back to judge the result by (costs/held_back.h).
+  // Leaves out, from the next round on, the windows of InHeldBackSquare(): they are then what is held
+  // back, instead of the context's pairs.
   void HoldBackSquares(bool hold);
 
-  // The scores of all facets at given positions; of the windows centred in those squares alone, or
-  // of all. Not remembered: the next Evaluate() is a real one.
-  std::vector<FacetScore> FacetScores(const std::vector<Eigen::Vector3d>& vertices,
-                                      bool squares_only);
+  // The scores of all facets at given positions: of the energy's windows or, in rounds whose context
+  // holds pairs back, of those held back. Not counted as an evaluation and not remembered: the next
+  // Evaluate() is a real one. With derivatives corner_sums() and facet_normals() are left filled.
+  enum class Windows { kUsed, kHeldBack };
+  std::vector<FacetScore> FacetScores(const std::vector<Eigen::Vector3d>& vertices, Windows windows,
+                                      bool derivatives);
 
-  int64_t valid_windows() const;             // windows that counted in the last evaluation
-  const WindowMasks& masks(int view) const;  // of the round
+  int64_t valid_windows() const;       // windows that counted in the last evaluation
+  const WindowMasks& masks(int view);  // of the round
 
  private:
-  template <typename T>
-  struct State;
-  struct Shared;
-  std::unique_ptr<Shared> shared_;
+  void EvaluateSample(const PairSample& sample, bool squares_only, bool derivatives);
+
+  PhotometricOptions options_;
+  std::unique_ptr<ViewEvaluation> view_evaluation_;
+  const std::vector<LevelView>* views_ = nullptr;
+  const RoundContext* context_ = nullptr;
+  bool hold_squares_ = false;
+  PhotometricRound round_;
+  bool frozen_ = false;  // round_ is of context_
+  std::vector<Eigen::Vector3d>* parameters_ = nullptr;
+  std::vector<PatchCost*> patches_;  // owned by the round's problem
+
+  std::vector<Eigen::Vector3d> positions_;  // last evaluated
+  bool have_energy_ = false;
+  bool have_derivatives_ = false;
+  bool linearized_ = false;  // the patches, at positions_
+  double energy_ = 0;
+  ViewEvaluation::Output output_;
+  std::vector<Eigen::Vector3d> normals_;  // area normals of the facets
+  int64_t evaluations_ = 0;
+  double seconds_ = 0;
 };
 
 }  // namespace burin

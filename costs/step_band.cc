@@ -39,9 +39,9 @@ void ForPixels(const ViewDomain& domain, int k, Visit visit) {
 }
 
 // Takes the pixels near a step out of `bits`, view i's.
-void RemoveNearSteps(const ViewDomain& domain, int i, const std::vector<Camera>& cameras,
-                     const TriangleMesh& mesh, const std::vector<std::vector<uint8_t>>& near_steps,
-                     PartnerBits* bits) {
+void RemoveNearSteps(const ViewDomain& domain, const ViewPartners& partners, int i,
+                     const std::vector<Camera>& cameras, const TriangleMesh& mesh,
+                     const std::vector<std::vector<uint8_t>>& near_steps, PartnerBits* bits) {
   const ViewRays rays(cameras[i]);
   ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
@@ -55,9 +55,9 @@ void RemoveNearSteps(const ViewDomain& domain, int i, const std::vector<Camera>&
         const Eigen::Vector3d pixel(p % static_cast<uint32_t>(domain.width) + 0.5,
                                     p / static_cast<uint32_t>(domain.width) + 0.5, 1);
         const Eigen::Vector3d point = rays.center + rays.ray_from_pixel * pixel / row.dot(pixel);
-        for (size_t b = 0; b < domain.seconds.size(); ++b) {
+        for (size_t b = 0; b < partners.seconds.size(); ++b) {
           const auto bit = static_cast<uint8_t>(1U << (b % 8));
-          const int j = domain.seconds[b];
+          const int j = partners.seconds[b];
           if (((*bits)[b / 8][p] & bit) == 0 || near_steps[j].empty()) continue;
           const Eigen::Vector2d q = cameras[j].Project(point);
           const int qx = std::clamp(static_cast<int>(q.x()), 0, cameras[j].width - 1);
@@ -155,13 +155,16 @@ std::vector<uint8_t> NearSteps(const DepthPlanes& planes, const std::vector<uint
 }
 
 std::vector<PartnerBits> WithoutSteps(const std::vector<ViewDomain>& domains,
+                                      const std::vector<const ViewPartners*>& partners,
                                       const std::vector<Camera>& cameras, const TriangleMesh& mesh,
                                       const std::vector<std::vector<uint8_t>>& near_steps,
                                       double evidence) {
   std::vector<PartnerBits> result;
   for (size_t i = 0; i < domains.size(); ++i) {
-    result.push_back(domains[i].second_visible);
-    RemoveNearSteps(domains[i], static_cast<int>(i), cameras, mesh, near_steps, &result[i]);
+    result.push_back(partners[i]->second_visible);
+    if (result[i].empty()) continue;
+    RemoveNearSteps(domains[i], *partners[i], static_cast<int>(i), cameras, mesh, near_steps,
+                    &result[i]);
   }
   const std::vector<char> well = WellSeen(domains, mesh, result, evidence);
   for (size_t i = 0; i < domains.size(); ++i) {
@@ -171,7 +174,7 @@ std::vector<PartnerBits> WithoutSteps(const std::vector<ViewDomain>& domains,
         if (well[domain.facet[k]] != 0) continue;
         ForPixels(domain, k, [&](uint32_t p) {
           for (size_t g = 0; g < result[i].size(); ++g)
-            result[i][g][p] = domain.second_visible[g][p];
+            result[i][g][p] = partners[i]->second_visible[g][p];
         });
       }
     });

@@ -26,9 +26,6 @@
 
 namespace burin {
 
-// A view's Omega_ij of all its partners, as ViewDomain::second_visible.
-using PartnerBits = std::vector<std::vector<uint8_t>>;
-
 // 1 for the pixels within `band_px` of a pixel of a step, row-major. Of two neighbours (side by
 // side or one above the other) both are of a step when neither's depth is within `plane_px` pixel
 // footprints of the plane of the other's facet, or when only one has a surface and that is not of
@@ -41,9 +38,11 @@ std::vector<uint8_t> NearSteps(const DepthPlanes& planes, const std::vector<uint
 std::vector<uint8_t> OpenBorderPixels(const ViewDomain& domain, const TriangleMesh& mesh,
                                       const std::vector<char>& boundary);
 
-// Omega_ij of every view without the pixels near a step, as above. near_steps[i] is NearSteps of
-// view i, or empty for a view whose depths are not known: it has no steps then.
+// Omega_ij of every view's `partners`, in the pixels of its domain, without those near a step, as
+// above. near_steps[i] is NearSteps of view i, or empty for a view whose depths are not known: it has
+// no steps then.
 std::vector<PartnerBits> WithoutSteps(const std::vector<ViewDomain>& domains,
+                                      const std::vector<const ViewPartners*>& partners,
                                       const std::vector<Camera>& cameras, const TriangleMesh& mesh,
                                       const std::vector<std::vector<uint8_t>>& near_steps,
                                       double evidence);

@@ -5,50 +5,51 @@
 #include <limits>
 
 #include "core/parallel.h"
-#include "core/round.h"
 
 namespace burin {
 namespace {
 
+constexpr int kFacetGrain = 512;
 constexpr int kVertexGrain = 1024;
 constexpr float kUndefined = std::numeric_limits<float>::quiet_NaN();
 
 // Adds, per vertex, the pairs of one view that see one of its facets.
-void CountPairs(const ViewDomain& domain, const TriangleMesh& mesh, std::vector<float>* pairs) {
-  std::vector<uint8_t> seen(mesh.vertices.size());
+void CountPairs(const ViewDomain& domain, const RoundContext& context, std::vector<float>* pairs) {
+  std::vector<uint8_t> seen(context.mesh->faces.size());  // bits of eight pairs, by facet
   for (const std::vector<uint8_t>& plane : domain.second_visible) {
-    std::fill(seen.begin(), seen.end(), 0);
-    for (size_t k = 0; k < domain.facet.size(); ++k) {
-      uint8_t any = 0;
-      for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
-        any |= plane[domain.pixel[n]];
+    ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
+      for (int k = begin; k < end; ++k) {
+        uint8_t any = 0;
+        for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
+          any |= plane[domain.pixel[n]];
+        }
+        seen[domain.facet[k]] = any;
       }
-      for (int c = 0; c < 3; ++c) seen[mesh.faces[domain.facet[k]][c]] |= any;
-    }
-    for (size_t v = 0; v < seen.size(); ++v) {
-      (*pairs)[v] += static_cast<float>(__builtin_popcount(seen[v]));
-    }
+    });
+    ParallelFor(static_cast<int>(pairs->size()), kVertexGrain, [&](int begin, int end) {
+      for (int v = begin; v < end; ++v) {
+        uint8_t any = 0;
+        for (const int* f = context.faces.Begin(v); f != context.faces.End(v); ++f) any |= seen[*f];
+        (*pairs)[v] += static_cast<float>(__builtin_popcount(any));
+      }
+    });
   }
 }
 
 }  // namespace
 
-VertexQuality MeasureVertexQuality(const std::vector<LevelView>& views,
-                                   const std::vector<CameraPair>& pairs, const TriangleMesh& mesh,
-                                   double border_px, PhotometricEnergy* photometric) {
-  std::vector<ViewDomain> domains;
-  const RoundContext context =
-      FreezeRound(views, pairs, mesh, Motion::kNormal, border_px, &domains);
-  photometric->BeginRound(context);
-  const std::vector<FacetScore> scores = photometric->FacetScores(mesh.vertices, false);
-  photometric->Evaluate(mesh.vertices, /*derivatives=*/true);
+VertexQuality MeasureVertexQuality(const TriangleMesh& mesh, PhotometricEnergy* photometric) {
+  const RoundContext& context = photometric->context();
+  const std::vector<FacetScore> scores = photometric->FacetScores(
+      mesh.vertices, PhotometricEnergy::Windows::kUsed, /*derivatives=*/true);
+  const std::vector<Eigen::Vector3d> normals = VertexNormals(mesh, context.faces);
   const std::vector<CornerSums>& sums = photometric->corner_sums();
   const std::vector<Eigen::Vector3d>& facet_normals = photometric->facet_normals();
 
   const auto count = static_cast<int>(mesh.vertices.size());
   VertexQuality quality;
   quality.pairs.assign(count, 0);
-  for (const ViewDomain& domain : domains) CountPairs(domain, mesh, &quality.pairs);
+  for (const ViewDomain& domain : *context.domains) CountPairs(domain, context, &quality.pairs);
   quality.zncc.assign(count, kUndefined);
   quality.sd.assign(count, kUndefined);
   // Of the packed upper triangle of CornerSums::curvature.
@@ -60,7 +61,7 @@ VertexQuality MeasureVertexQuality(const std::vector<LevelView>& views,
       for (const int* f = context.faces.Begin(v); f != context.faces.End(v); ++f) {
         around.cost += scores[*f].cost;
         around.weight += scores[*f].weight;
-        const double along = facet_normals[*f].dot(context.normals[v]);
+        const double along = facet_normals[*f].dot(normals[v]);
         for (int k = 0; k < 3; ++k) {
           if (mesh.faces[*f][k] != v) continue;
           for (int corner = 0; corner < 3; ++corner) {

@@ -3,8 +3,7 @@
 
 #include <vector>
 
-#include "core/energy_term.h"
-#include "core/pairs.h"
+#include "core/mesh.h"
 #include "costs/photometric_energy.h"
 
 namespace burin {
@@ -28,9 +27,7 @@ struct VertexQuality {
   std::vector<float> sd;
 };
 
-// `photometric` has had BeginLevel(views); its round is ended.
-VertexQuality MeasureVertexQuality(const std::vector<LevelView>& views,
-                                   const std::vector<CameraPair>& pairs, const TriangleMesh& mesh,
-                                   double border_px, PhotometricEnergy* photometric);
+// `mesh` has the facets of the round that `photometric` is in, whose visibility counts.
+VertexQuality MeasureVertexQuality(const TriangleMesh& mesh, PhotometricEnergy* photometric);
 
 }  // namespace burin

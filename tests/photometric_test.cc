@@ -353,7 +353,7 @@ std::vector<ViewDomain> ClearOfSteps(const RoundContext& context, const MaskOpti
                                    mask.plane_px, mask.band_px));
   }
   const std::vector<PartnerBits> bits =
-      WithoutSteps(domains, cameras, *context.mesh, near_steps, mask.evidence);
+      WithoutSteps(domains, PartnersOf(domains), cameras, *context.mesh, near_steps, mask.evidence);
   for (size_t i = 0; i < domains.size(); ++i) domains[i].second_visible = bits[i];
   return domains;
 }

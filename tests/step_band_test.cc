@@ -89,7 +89,7 @@ struct Scene {
     }
   }
   std::vector<PartnerBits> Without(double evidence) const {
-    return WithoutSteps(domains, cameras, mesh, near_steps, evidence);
+    return WithoutSteps(domains, PartnersOf(domains), cameras, mesh, near_steps, evidence);
   }
   // Windows that count.
   int64_t Windows(double band_px, double evidence, bool first_level) const {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <exception>
 #include <filesystem>
 #include <fstream>
 
@@ -121,6 +122,14 @@ void CheckpointFile(const std::string& bytes) {
   }
 }
 
+// What a checkpoint's hash keeps from being reached.
+void State(const std::string& bytes) {
+  try {
+    StateFromBytes({bytes.begin(), bytes.end()});
+  } catch (const std::exception&) {  // as ReadCheckpoint does
+  }
+}
+
 }  // namespace
 
 const std::vector<Target>& Targets() {
@@ -132,7 +141,8 @@ const std::vector<Target>& Targets() {
                                               {"colmap_text", ColmapText},
                                               {"toml", Toml},
                                               {"pairs", Pairs},
-                                              {"checkpoint", CheckpointFile}};
+                                              {"checkpoint", CheckpointFile},
+                                              {"state", State}};
   return targets;
 }
 

@@ -1,0 +1,19 @@
+// Options of the photometric energy.
+#pragma once
+
+#include "core/options.h"
+#include "costs/occlusion_mask.h"
+
+namespace burin {
+
+struct PhotometricOptions {
+  int window = 5;                 // taps along a side, odd
+  double variance_floor = 25;     // e^2 in squared grey levels
+  double reliability = 0;         // nu = reliability * (noise_i^2 + noise_j^2)
+  double min_valid_share = 0.8;   // of the window's taps
+  bool double_precision = false;  // fields in double, for derivative checks
+  MaskOptions mask;
+  void Describe(OptionSet* set);
+};
+
+}  // namespace burin

@@ -1,0 +1,55 @@
+// Evaluates the pairs of one reference view: pixels through the pair kernel, then the pixels of every
+// facet corner into the sums that costs/photometric_energy.h defines.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/energy_term.h"
+#include "costs/photometric_options.h"
+#include "costs/photometric_round.h"
+
+namespace burin {
+
+// Sums over the pixels of one corner of one facet (see above).
+struct CornerSums {
+  double cost = 0;
+  double slope[3] = {0, 0, 0};
+  double curvature[6] = {0, 0, 0, 0, 0, 0};  // (0,0) (0,1) (0,2) (1,1) (1,2) (2,2)
+};
+
+// Sums over the windows centred in one facet, of all pairs.
+struct FacetScore {
+  double cost = 0;    // sum of omega (1 - z)
+  double weight = 0;  // sum of omega
+};
+
+class ViewEvaluation {
+ public:
+  // What is frozen: of one round.
+  struct Input {
+    const RoundContext* context = nullptr;
+    const PhotometricRound* round = nullptr;
+    const PairSample* sample = nullptr;  // of the round
+    bool squares_only = false;           // scores of InHeldBackSquare() windows alone
+  };
+  struct Output {
+    std::vector<CornerSums> sums;               // of corner c of facet f at 3 f + c
+    std::vector<FacetScore>* scores = nullptr;  // per facet; null = not wanted
+    int64_t windows = 0;                        // that counted
+  };
+
+  virtual ~ViewEvaluation() = default;
+  // The views of a level, with their images; they outlive its evaluations.
+  virtual void BeginLevel(const std::vector<LevelView>& views) = 0;
+  // Adds the view's pairs at `positions` to `output`; slopes and curvatures with `derivatives`.
+  virtual void Add(const Input& input, int view, const std::vector<Eigen::Vector3d>& positions,
+                   bool derivatives, Output* output) = 0;
+
+  // Fields in double or single precision, as the options say. `options` is kept.
+  static std::unique_ptr<ViewEvaluation> Make(const PhotometricOptions& options);
+};
+
+}  // namespace burin
