@@ -8,6 +8,7 @@
 #include <system_error>
 #include <utility>
 
+#include "core/camera_checks.h"
 #include "core/colmap_model.h"
 #include "core/error.h"
 #include "core/gray_image.h"
@@ -151,6 +152,8 @@ Scene LoadColmapScene(const fs::path& workspace, bool with_images, const fs::pat
     view.image_path = workspace / "images" / image.name;
     view.camera = PinholeOf(*cameras.back(), image);
   }
+  CheckCameras(scene.views, files.images);
+  CheckCentresDiffer(scene.views, files.images);
   if (with_images) {
     ReadViewImages(cameras, masks, &scene.views);
     const bool any_mask = std::any_of(scene.views.begin(), scene.views.end(),

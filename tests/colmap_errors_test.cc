@@ -53,6 +53,14 @@ TEST_F(ColmapErrors, TheUnbrokenWorkspaceLoads) {
   EXPECT_EQ(LoadError(folder_.path()), "no error");
 }
 
+TEST_F(ColmapErrors, CamerasInOnePlace) {
+  // Turned on the spot: t = -R c.
+  EXPECT_THAT(ErrorWith("images.txt", "2 1 0 0 0 1 0 9 2", "2 0 0 0 1 0 0 9 2"),
+              AllOf(HasSubstr("images.txt: all 2 cameras have the same centre")));
+  EXPECT_THAT(ErrorWith("images.txt", "2 1 0 0 0 1 0 9 2", "2 0 0 0 0 1 0 9 2"),
+              HasSubstr("cannot be normalised to a rotation"));
+}
+
 TEST_F(ColmapErrors, MissingFolders) {
   const fs::path nowhere = folder_.path() / "nowhere";
   EXPECT_EQ(LoadError(nowhere), nowhere.string() + ": folder is missing");

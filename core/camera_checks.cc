@@ -1,0 +1,75 @@
+#include "core/camera_checks.h"
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+
+#include "core/error.h"
+
+namespace burin {
+namespace {
+
+// Of the distance between centres, relative to the larger of their coordinates: rounding alone.
+constexpr double kSameCentre = 1e-12;
+
+double OffOrthonormal(const Eigen::Matrix3d& matrix) {
+  return (matrix * matrix.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+}
+
+}  // namespace
+
+void CheckCameras(const std::vector<View>& views, const std::filesystem::path& file) {
+  for (const View& view : views) {
+    const Camera& camera = view.camera;
+    const std::string element = view.name + ": ";
+    if (camera.width <= 0 || camera.height <= 0) {
+      throw InputError(file, element + "image size = " + std::to_string(camera.width) + " x " +
+                                 std::to_string(camera.height) + ": must be above 0");
+    }
+    for (const double focal : {camera.fx, camera.fy}) {
+      if (!std::isfinite(focal) || focal <= 0) {
+        throw InputError(file, element + "focal length = " + std::to_string(focal) +
+                                   ": must be finite and above 0");
+      }
+    }
+    if (!std::isfinite(camera.cx) || !std::isfinite(camera.cy)) {
+      throw InputError(file, element + "principal point: must be finite");
+    }
+    if (!camera.rotation.allFinite() || OffOrthonormal(camera.rotation) > 1e-6 ||
+        camera.rotation.determinant() < 0) {
+      throw InputError(file, element + "rotation: is not a rotation matrix");
+    }
+    if (!camera.translation.allFinite()) {
+      throw InputError(file, element + "translation: must be finite");
+    }
+  }
+}
+
+void CheckCentresDiffer(const std::vector<View>& views, const std::filesystem::path& file) {
+  if (views.size() < 2) return;
+  const Eigen::Vector3d first = views[0].camera.Center();
+  for (const View& view : views) {
+    const Eigen::Vector3d center = view.camera.Center();
+    const double scale = std::max(first.cwiseAbs().maxCoeff(), center.cwiseAbs().maxCoeff());
+    if ((center - first).cwiseAbs().maxCoeff() > kSameCentre * scale) return;
+  }
+  throw InputError(file, "all " + std::to_string(views.size()) +
+                             " cameras have the same centre: photographs from one place show no "
+                             "depth");
+}
+
+Eigen::Matrix3d NearestRotation(const Eigen::Matrix3d& matrix, const std::filesystem::path& file,
+                                const std::string& element) {
+  if (!matrix.allFinite() || OffOrthonormal(matrix) > 1e-3) {
+    throw InputError(file, element + ": is not a rotation matrix, M M^T is not the identity");
+  }
+  if (matrix.determinant() < 0) {
+    throw InputError(file, element + ": mirrors (determinant -1), must be a rotation");
+  }
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return svd.matrixU() * svd.matrixV().transpose();
+}
+
+}  // namespace burin
