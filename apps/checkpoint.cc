@@ -24,7 +24,7 @@ namespace {
 using nlohmann::json;
 
 // Changes with anything in the file that a state of another version would not have.
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 
 class Fingerprint {
  public:
@@ -68,9 +68,10 @@ std::filesystem::path CheckpointPath(const std::filesystem::path& output_folder)
 }
 
 void WriteCheckpoint(const std::filesystem::path& path, const Checkpoint& checkpoint) {
-  json body = {{"scene", checkpoint.scene_path},
+  json body = {{"scene", checkpoint.source.scene},
+               {"images", checkpoint.source.images},
                {"mesh", checkpoint.mesh_path},
-               {"masks", checkpoint.masks_path},
+               {"masks", checkpoint.source.masks},
                {"config", checkpoint.config},
                {"inputs", checkpoint.inputs},
                {"pictures", checkpoint.pictures},
@@ -103,9 +104,10 @@ Checkpoint ReadCheckpoint(const std::filesystem::path& path) {
     hash.Add(body_bytes.data(), body_bytes.size());
     if (file.at("hash") != hash.Text()) throw std::runtime_error("its bytes were changed");
     const json body = json::from_cbor(body_bytes);
-    body.at("scene").get_to(checkpoint.scene_path);
+    body.at("scene").get_to(checkpoint.source.scene);
+    body.at("images").get_to(checkpoint.source.images);
     body.at("mesh").get_to(checkpoint.mesh_path);
-    body.at("masks").get_to(checkpoint.masks_path);
+    body.at("masks").get_to(checkpoint.source.masks);
     body.at("config").get_to(checkpoint.config);
     body.at("inputs").get_to(checkpoint.inputs);
     body.at("pictures").get_to(checkpoint.pictures);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/scene_arguments.h"
 #include "core/mesh.h"
 #include "core/pairs.h"
 #include "core/refinement.h"
@@ -15,11 +16,10 @@
 namespace burin {
 
 struct Checkpoint {
-  std::string scene_path;  // absolute
-  std::string mesh_path;   // absolute
-  std::string masks_path;  // absolute; empty without masks
-  std::string config;      // every option, as TOML
-  std::string inputs;      // InputsFingerprint
+  SceneArguments source;  // absolute
+  std::string mesh_path;  // absolute
+  std::string config;     // every option, as TOML
+  std::string inputs;     // InputsFingerprint
   bool pictures = false;
   bool debug_images = false;
   bool level_meshes = false;

@@ -70,6 +70,7 @@ int ParseAndRun(int argc, const char* const* argv) {
   AddSynthCommand(&app);
   AddEvaluateCommand(&app);
   AddPictureCommand(&app);
+  AddConvertCommand(&app);
   AddSolversCommand(&app);
   AddOptionsCommand(&app);
   try {

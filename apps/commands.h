@@ -35,6 +35,9 @@ void AddDemoCommand(CLI::App* program);
 // start; compare.csv, compare.json, compare.svg.
 void AddCompareCommand(CLI::App* program);
 
+// burin convert SCENE OUTPUT: as a COLMAP workspace or NAME.mvs.
+void AddConvertCommand(CLI::App* program);
+
 // burin solvers: the strategies by name, a line each.
 void AddSolversCommand(CLI::App* program);
 

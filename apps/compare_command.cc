@@ -13,9 +13,9 @@
 #include "apps/pipeline.h"
 #include "apps/progress.h"
 #include "apps/run_output.h"
+#include "apps/scene_arguments.h"
 #include "apps/solver_comparison.h"
 #include "core/atomic_file.h"
-#include "core/colmap.h"
 #include "core/config.h"
 #include "core/error.h"
 #include "core/mesh_io.h"
@@ -29,7 +29,7 @@ struct CompareCommand {
   PipelineOptions pipeline;
   CompareOptions compare;
   OptionSet set;
-  std::string scene_path;
+  SceneArguments source;
   std::string mesh_path;
   std::string truth_path;
   std::string output_path;
@@ -67,9 +67,9 @@ void CompareCommand::Run() {
   const std::filesystem::path& folder = output.path();
   MeshReport report;
   const TriangleMesh mesh = ReadMesh(mesh_path, &report);
-  const MemoryCheck memory = CheckMemoryOfAll(LoadColmapScene(scene_path, /*with_images=*/false),
+  const MemoryCheck memory = CheckMemoryOfAll(LoadScene(source.Source(), /*with_images=*/false),
                                               mesh, pipeline, compare.Names());
-  const Scene scene = LoadColmapScene(scene_path);
+  const Scene scene = LoadScene(source.Source());
   CheckMeshIsSeen(scene, mesh, mesh_path);
   Truth truth;
   if (!truth_path.empty()) truth = ReadTruth(truth_path);
@@ -84,12 +84,12 @@ void CompareCommand::Run() {
   if (!comparison.AnythingRan()) throw InputError(Reasons(comparison));
 
   nlohmann::ordered_json summary;
-  summary["command"] = "burin compare-solvers " + scene_path + " --mesh " + mesh_path +
+  summary["command"] = "burin compare-solvers " + source.Text() + " --mesh " + mesh_path +
                        (truth_path.empty() ? "" : " --truth " + truth_path) + " --output " +
                        output_path + " --config " + (folder / "config.toml").string();
   summary["versions"] = VersionsJson();
   summary["options"] = OptionsJson(set);
-  summary["input"] = {{"scene", scene_path},
+  summary["input"] = {{"scene", source.scene},
                       {"mesh", mesh_path},
                       {"truth", truth_path},
                       {"views", scene.views.size()},
@@ -121,10 +121,7 @@ void AddCompareCommand(CLI::App* program) {
   const auto command = std::make_shared<CompareCommand>();
   command->pipeline.Describe(&command->set);
   command->compare.Describe(&command->set);
-  app->add_option("scene", command->scene_path,
-                  "COLMAP workspace: images/ and sparse/ or sparse/0/, text or binary")
-      ->option_text("SCENE_DIR (required)")
-      ->required();
+  command->source.AddTo(app, /*photographs=*/true)[0]->required();
   app->add_option("--mesh", command->mesh_path, "mesh to start from: PLY, OBJ or OFF")
       ->option_text("FILE (required)")
       ->required();

@@ -6,9 +6,9 @@
 #include "apps/commands.h"
 #include "apps/evaluate_options.h"
 #include "apps/option_binding.h"
-#include "core/colmap.h"
 #include "core/error.h"
 #include "core/evaluation_report.h"
+#include "core/formats/scene_loader.h"
 #include "core/mesh_io.h"
 #include "core/options.h"
 #include "core/render.h"
@@ -23,6 +23,7 @@ struct EvaluateCommand {
   std::string mesh;
   std::string truth;
   std::string scene;
+  std::string images;
   std::string depth;
   double depth_unit = 1;
   SilhouetteOptions silhouette;
@@ -70,7 +71,7 @@ struct EvaluateCommand {
     }
     Scene views;
     std::vector<cv::Mat1f> maps;
-    if (!scene.empty()) views = LoadColmapScene(scene, /*with_images=*/false);
+    if (!scene.empty()) views = LoadScene({scene, images, {}}, /*with_images=*/false);
     if (!depth.empty()) maps = ReadDepthMaps(depth, views, depth_unit);
 
     const Evaluation scores =
@@ -108,8 +109,12 @@ void AddEvaluateCommand(CLI::App* program) {
       ->option_text("FILE (required)")
       ->required();
   app->add_option("--scene", command->scene,
-                  "COLMAP workspace in the truth's frame: for --strecha.run; with --depth and a "
+                  "scene, as burin refine reads it, in the truth's frame: for --strecha.run; with "
+                  "--depth and a "
                   "cloud, completeness also near occlusion boundaries and in the rest")
+      ->option_text("SCENE");
+  app->add_option("--images", command->images,
+                  "folder of the scene's photographs, where it is not its own")
       ->option_text("DIR");
   app->add_option(
          "--depth", command->depth,

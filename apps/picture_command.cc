@@ -6,7 +6,7 @@
 #include "apps/commands.h"
 #include "apps/option_binding.h"
 #include "apps/run_output.h"
-#include "core/colmap.h"
+#include "apps/scene_arguments.h"
 #include "core/error.h"
 #include "core/evaluation.h"
 #include "core/mesh_io.h"
@@ -20,7 +20,7 @@ namespace {
 struct PictureCommand {
   EvaluationOptions options;
   OptionSet set;
-  std::string scene;
+  SceneArguments source;
   std::string mesh;
   std::string truth;
   std::string output;
@@ -40,7 +40,7 @@ const View& PictureCommand::ViewOf(const Scene& views) const {
 
 void PictureCommand::Run() const {
   const double largest = options.Thresholds().back();
-  const Scene views = LoadColmapScene(scene, /*with_images=*/false);
+  const Scene views = LoadScene(source.Source(), /*with_images=*/false);
   const View& from = ViewOf(views);
   const TriangleMesh measured = ReadMesh(mesh);
   CheckMeshIsSeen(views, measured, mesh);
@@ -69,10 +69,7 @@ void AddPictureCommand(CLI::App* program) {
       "picture", "draw a mesh and its errors, as evaluate measures them, from a view of the scene");
   const auto command = std::make_shared<PictureCommand>();
   command->options.Describe(&command->set);
-  app->add_option("scene", command->scene,
-                  "COLMAP workspace: sparse/ or sparse/0/; photographs are not read")
-      ->option_text("SCENE_DIR (required)")
-      ->required();
+  command->source.AddTo(app, /*photographs=*/false)[0]->required();
   app->add_option("--mesh", command->mesh, "PLY, OBJ or OFF")
       ->option_text("FILE (required)")
       ->required();

@@ -15,9 +15,9 @@
 #include "apps/pipeline.h"
 #include "apps/progress.h"
 #include "apps/run_output.h"
+#include "apps/scene_arguments.h"
 #include "apps/stop_signals.h"
 #include "core/atomic_file.h"
-#include "core/colmap.h"
 #include "core/config.h"
 #include "core/error.h"
 #include "core/mesh_io.h"
@@ -32,10 +32,9 @@ namespace {
 struct RefineCommand {
   PipelineOptions options;
   OptionSet set;
-  std::string scene_path;
+  SceneArguments source;
   std::string mesh_path;
   std::string output_path;
-  std::string masks_path;
   std::string resume_path;
   bool pictures = false;
   bool debug_images = false;
@@ -88,7 +87,7 @@ bool IsComplete(const std::filesystem::path& folder) {
 
 void CheckUnchanged(const Checkpoint& checkpoint, const Scene& scene, const TriangleMesh& mesh) {
   if (checkpoint.inputs != InputsFingerprint(scene, mesh)) {
-    throw InputError("--resume: " + checkpoint.scene_path + " or " + checkpoint.mesh_path +
+    throw InputError("--resume: " + checkpoint.source.scene + " or " + checkpoint.mesh_path +
                      " is not what it was when the run began");
   }
 }
@@ -117,9 +116,8 @@ void RefineCommand::TakeFrom(const Checkpoint& checkpoint) {
   ParseConfig(checkpoint.config, CheckpointPath(resume_path).string(), &set);
   options.threads = defaults.threads;
   output_path = resume_path;
-  scene_path = checkpoint.scene_path;
+  source = checkpoint.source;
   mesh_path = checkpoint.mesh_path;
-  masks_path = checkpoint.masks_path;
   pictures = checkpoint.pictures;
   debug_images = checkpoint.debug_images;
   level_meshes = checkpoint.level_meshes;
@@ -128,11 +126,8 @@ void RefineCommand::TakeFrom(const Checkpoint& checkpoint) {
 Checkpoint RefineCommand::FirstCheckpoint(const Scene& scene, const TriangleMesh& mesh,
                                           const std::vector<CameraPair>& pairs) const {
   Checkpoint checkpoint;
-  checkpoint.scene_path = std::filesystem::absolute(scene_path).string();
+  checkpoint.source = source.Absolute();
   checkpoint.mesh_path = std::filesystem::absolute(mesh_path).string();
-  if (!masks_path.empty()) {
-    checkpoint.masks_path = std::filesystem::absolute(masks_path).string();
-  }
   checkpoint.config = ConfigText(set);
   checkpoint.inputs = InputsFingerprint(scene, mesh);
   checkpoint.pictures = pictures;
@@ -160,15 +155,14 @@ void RefineCommand::Run() {
   MeshReport report;
   const TriangleMesh mesh = ReadMesh(mesh_path, &report);
   RunInputs inputs;
-  inputs.memory = CheckMemory(LoadColmapScene(scene_path, /*with_images=*/false), mesh, options);
-  const Scene scene = LoadColmapScene(scene_path, /*with_images=*/true, masks_path);
+  inputs.memory = CheckMemory(LoadScene(source.Source(), /*with_images=*/false), mesh, options);
+  const Scene scene = LoadScene(source.Source());
   CheckMeshIsSeen(scene, mesh, mesh_path);
   if (!resume_path.empty()) CheckUnchanged(checkpoint, scene, mesh);
   signals.ThrowIfCaught();
-  inputs.command_line = "burin refine " + scene_path + " --mesh " + mesh_path + " --output " +
-                        output_path + (masks_path.empty() ? "" : " --masks " + masks_path) +
-                        " --config " + (folder / "config.toml").string();
-  inputs.scene_path = scene_path;
+  inputs.command_line = "burin refine " + source.Text() + " --mesh " + mesh_path + " --output " +
+                        output_path + " --config " + (folder / "config.toml").string();
+  inputs.scene_path = source.scene;
   inputs.mesh_path = mesh_path;
   inputs.scene = &scene;
   inputs.mesh = &mesh;
@@ -254,21 +248,14 @@ void AddRefineCommand(CLI::App* program) {
   CLI::App* app = program->add_subcommand("refine", "refine a mesh against its photographs");
   const auto command = std::make_shared<RefineCommand>();
   command->options.Describe(&command->set);
-  const std::vector<CLI::Option*> inputs = {
-      app->add_option("scene", command->scene_path,
-                      "COLMAP workspace: images/ and sparse/ or sparse/0/, text or binary")
-          ->option_text("SCENE_DIR (required)"),
-      app->add_option("--mesh", command->mesh_path, "mesh to start from: PLY, OBJ or OFF")
-          ->option_text("FILE (required)"),
-      app->add_option("--output", command->output_path,
-                      "folder for refined.ply, summary.json and trace.csv")
-          ->option_text("DIR (required)")};
-  CLI::Option* masks =
-      app->add_option(
-             "--masks", command->masks_path,
-             "folder of image masks, NAME.png for image NAME: pixels that are zero in them "
-             "are not used")
-          ->option_text("DIR");
+  const std::vector<CLI::Option*> sources = command->source.AddTo(app, /*photographs=*/true);
+  CLI::Option* mesh = app->add_option("--mesh", command->mesh_path,
+                                      "mesh to start from: PLY, OBJ or OFF; for NAME.mvs by "
+                                      "itself NAME_mesh.ply")
+                          ->option_text("FILE (required)");
+  CLI::Option* output = app->add_option("--output", command->output_path,
+                                        "folder for refined.ply, summary.json and trace.csv")
+                            ->option_text("DIR (required)");
   CLI::Option* pictures =
       app->add_flag("--pictures", command->pictures,
                     "also write before_after.png: the middle view and both meshes seen from it");
@@ -284,18 +271,23 @@ void AddRefineCommand(CLI::App* program) {
                       "instead of all that: go on with the interrupted run in this folder, to the "
                       "same mesh; --run.threads may be given")
           ->option_text("DIR")
-          ->excludes(masks)
+          ->excludes(mesh)
+          ->excludes(output)
           ->excludes(pictures)
           ->excludes(level_meshes)
           ->excludes(debug_images);
-  for (CLI::Option* input : inputs) resume->excludes(input);
+  for (CLI::Option* source : sources) resume->excludes(source);
   BindOptions(&command->set, app, {}, [command] { command->options.Check(); });
-  app->callback([command, inputs, resume] {
-    for (const CLI::Option* input : inputs) {
-      if (resume->empty() && input->empty()) throw CLI::RequiredError(input->get_name());
-    }
-    command->Run();
-  });
+  app->callback(
+      [command, required = std::vector<CLI::Option*>{sources[0], mesh, output}, mesh, resume] {
+        if (mesh->empty()) command->mesh_path = MeshBeside(command->source.scene).string();
+        for (const CLI::Option* input : required) {
+          const bool found = input == mesh && !command->mesh_path.empty();
+          if (resume->empty() && input->empty() && !found)
+            throw CLI::RequiredError(input->get_name());
+        }
+        command->Run();
+      });
 }
 
 }  // namespace burin

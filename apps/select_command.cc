@@ -12,8 +12,8 @@
 #include "apps/output_folder.h"
 #include "apps/pair_pictures.h"
 #include "apps/run_output.h"
+#include "apps/scene_arguments.h"
 #include "core/atomic_file.h"
-#include "core/colmap.h"
 #include "core/config.h"
 #include "core/error.h"
 #include "core/mesh_io.h"
@@ -39,7 +39,7 @@ struct SelectOptions {
 struct SelectCommand {
   SelectOptions options;
   OptionSet set;
-  std::string scene_path;
+  SceneArguments source;
   std::string mesh_path;
   std::string output_path;
   bool no_pictures = false;
@@ -58,7 +58,7 @@ void SelectCommand::Run() {
   SetThreadCount(options.threads);
   const OutputFolder output(output_path);
   const std::filesystem::path& folder = output.path();
-  const Scene scene = LoadColmapScene(scene_path, /*with_images=*/false);
+  const Scene scene = LoadScene(source.Source(), /*with_images=*/false);
   const TriangleMesh mesh = ReadMesh(mesh_path);
   CheckMeshIsSeen(scene, mesh, mesh_path);
   const Stopwatch watch;
@@ -102,11 +102,7 @@ void AddSelectCommand(CLI::App* program) {
       program->add_subcommand("select", "choose camera pairs from the mesh and show why");
   const auto command = std::make_shared<SelectCommand>();
   command->options.Describe(&command->set);
-  app->add_option(
-         "scene", command->scene_path,
-         "COLMAP workspace: sparse/ or sparse/0/, text or binary; photographs are not read")
-      ->option_text("SCENE_DIR (required)")
-      ->required();
+  command->source.AddTo(app, /*photographs=*/false)[0]->required();
   app->add_option("--mesh", command->mesh_path, "mesh to start from: PLY, OBJ or OFF")
       ->option_text("FILE (required)")
       ->required();

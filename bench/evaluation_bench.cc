@@ -11,7 +11,8 @@
 #include <memory>
 #include <string>
 
-#include "core/colmap.h"
+#include "core/formats/colmap.h"
+#include "core/formats/scene_loader.h"
 #include "core/mesh_io.h"
 #include "core/parallel.h"
 #include "core/pyramid.h"
@@ -38,7 +39,7 @@ Frozen& TheFrozen() {
   static auto* frozen = [] {
     auto* made = new Frozen;
     if (const char* folder = std::getenv("BURIN_BENCH_SCENE")) {
-      made->scene = LoadColmapScene(folder);
+      made->scene = LoadScene({folder, {}, {}});
       made->mesh = ReadMesh(std::filesystem::path(folder) / "init.ply");
     } else {
       SyntheticScene synthetic = MakeSyntheticScene(SyntheticOptions());

@@ -3,6 +3,7 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <cmath>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -58,15 +59,40 @@ void SampleRows(const cv::Mat& image, const cv::Mat& map_x, const cv::Mat& map_y
   }
 }
 
+// Where pixels of the rows [first, first + rows) were photographed: r' (1 + k r'^2) = r by Newton's
+// method, from r.
+void MapOfMeasured(const Camera& camera, double k, int first, int rows, cv::Mat* map_x,
+                   cv::Mat* map_y) {
+  constexpr int kSteps = 20;
+  map_x->create(rows, camera.width, CV_32FC1);
+  map_y->create(rows, camera.width, CV_32FC1);
+  for (int i = 0; i < rows; ++i) {
+    for (int j = 0; j < camera.width; ++j) {
+      const double u = (j + 0.5 - camera.cx) / camera.fx;
+      const double v = (first + i + 0.5 - camera.cy) / camera.fy;
+      const double r = std::hypot(u, v);
+      double photographed = r;
+      for (int step = 0; step < kSteps; ++step) {
+        const double slope = 1 + 3 * k * photographed * photographed;
+        if (slope <= 0) break;  // beyond where the lens folds back
+        photographed -= (photographed * (1 + k * photographed * photographed) - r) / slope;
+      }
+      const double scale = r > 0 ? photographed / r : 1;
+      map_x->at<float>(i, j) = static_cast<float>(u * scale * camera.fx + camera.cx - 0.5);
+      map_y->at<float>(i, j) = static_cast<float>(v * scale * camera.fy + camera.cy - 0.5);
+    }
+  }
+}
+
 }  // namespace
 
-cv::Mat Undistort(const cv::Mat& gray, const Camera& camera, const Distortion& distortion) {
+cv::Mat Undistort(const cv::Mat& gray, const Camera& camera, const Lens& lens) {
   CHECK(gray.type() == CV_8UC1 || gray.type() == CV_32FC1);
   CHECK(gray.cols == camera.width && gray.rows == camera.height);
   // OpenCV has the centre of the top-left pixel at (0, 0), burin at (0.5, 0.5).
   const cv::Matx33d intrinsics(camera.fx, 0, camera.cx - 0.5, 0, camera.fy, camera.cy - 0.5, 0, 0,
                                1);
-  const cv::Vec4d coefficients(distortion.data());
+  const cv::Vec<double, 5> coefficients(lens.brown.data());
   cv::Mat result(gray.size(), gray.type());
   constexpr int kRowsAtOnce = 64;  // the maps of a whole photograph would be eight times its size
   for (int row = 0; row < gray.rows; row += kRowsAtOnce) {
@@ -74,8 +100,12 @@ cv::Mat Undistort(const cv::Mat& gray, const Camera& camera, const Distortion& d
     cv::Matx33d of_rows = intrinsics;
     of_rows(1, 2) -= row;
     cv::Mat map_x, map_y;
-    cv::initUndistortRectifyMap(intrinsics, coefficients, cv::noArray(), of_rows,
-                                cv::Size(gray.cols, rows), CV_32FC1, map_x, map_y);
+    if (lens.measured != 0) {
+      MapOfMeasured(camera, lens.measured, row, rows, &map_x, &map_y);
+    } else {
+      cv::initUndistortRectifyMap(intrinsics, coefficients, cv::noArray(), of_rows,
+                                  cv::Size(gray.cols, rows), CV_32FC1, map_x, map_y);
+    }
     if (gray.type() == CV_8UC1) {
       SampleRows<unsigned char>(gray, map_x, map_y, row, &result);
     } else {

@@ -1,5 +1,5 @@
 // Degenerate cameras are named.
-#include "core/camera_checks.h"
+#include "core/formats/camera_checks.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -81,8 +81,7 @@ TEST(CameraChecks, ARotationOfFewDigitsBecomesOne) {
   EXPECT_LT((mended - exact).norm(), 2e-4);
   EXPECT_THAT(ErrorOf([&] { NearestRotation(2 * exact, "file", "line 3: R"); }),
               HasSubstr("file: line 3: R: is not a rotation"));
-  EXPECT_THAT(ErrorOf([&] { NearestRotation(-exact, "file", "line 3: R"); }),
-              HasSubstr("mirrors"));
+  EXPECT_THAT(ErrorOf([&] { NearestRotation(-exact, "file", "line 3: R"); }), HasSubstr("mirrors"));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "core/colmap.h"
+#include "core/formats/colmap.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,8 @@
 #include <sstream>
 #include <tuple>
 
-#include "core/colmap_model.h"
+#include "core/formats/colmap_model.h"
+#include "core/formats/scene_loader.h"
 #include "core/parallel.h"
 #include "tests/colmap_testing.h"
 
@@ -53,11 +54,11 @@ TEST(Colmap, TextAndBinaryRoundTrip) {
   const Scene scene = TinyScene();
   WriteColmapScene(scene, folder.path() / "text", false);
   WriteColmapScene(scene, folder.path() / "binary", true);
-  ExpectSameScene(LoadColmapScene(folder.path() / "text"), scene);
-  ExpectSameScene(LoadColmapScene(folder.path() / "binary"), scene);
+  ExpectSameScene(LoadScene({folder.path() / "text", {}, {}}), scene);
+  ExpectSameScene(LoadScene({folder.path() / "binary", {}, {}}), scene);
   // Both formats carry the same bits, rotations included.
-  const Scene text = LoadColmapScene(folder.path() / "text");
-  const Scene binary = LoadColmapScene(folder.path() / "binary");
+  const Scene text = LoadScene({folder.path() / "text", {}, {}});
+  const Scene binary = LoadScene({folder.path() / "binary", {}, {}});
   for (int v = 0; v < 2; ++v) {
     EXPECT_EQ(text.views[v].camera.rotation, binary.views[v].camera.rotation);
   }
@@ -92,7 +93,7 @@ TEST(Colmap, JpegAndFloatViewsInSubfoldersAreWrittenAsEightBits) {
   scene.views[1].gray.at<float>(0, 0) = -3;
   scene.views[1].gray.at<float>(0, 1) = 300;
   WriteColmapScene(scene, folder.path(), false);
-  const Scene loaded = LoadColmapScene(folder.path());
+  const Scene loaded = LoadScene({folder.path(), {}, {}});
   EXPECT_EQ(loaded.views[0].name, "left/a b.jpg");
   EXPECT_TRUE(SamePixels(loaded.views[0].gray, scene.views[0].gray));
   EXPECT_EQ(loaded.views[1].image_path, folder.path() / "images/right/a b.PNG");
@@ -129,7 +130,7 @@ TEST(Colmap, HandWrittenTextGivesTheExpectedNumbers) {
                             cv::Mat(is_a ? 3 : 4, is_a ? 5 : 6, CV_8UC1, cv::Scalar(name[0]))));
   }
 
-  const Scene scene = LoadColmapScene(folder.path());
+  const Scene scene = LoadScene({folder.path(), {}, {}});
   ASSERT_EQ(scene.views.size(), 3U);
   EXPECT_EQ(scene.views[0].name, "a.png");
   EXPECT_EQ(scene.views[1].name, "b with spaces.png");
@@ -170,7 +171,7 @@ TEST(Colmap, SixteenBitAndColourImagesBecomeGreyLevels) {
               cv::Mat(4, 6, CV_16UC1, cv::Scalar(257 * 100 + 128)));
   cv::imwrite((folder.path() / "images/view1.png").string(),
               cv::Mat(4, 6, CV_8UC3, cv::Scalar(90, 90, 90)));
-  const Scene scene = LoadColmapScene(folder.path());
+  const Scene scene = LoadScene({folder.path(), {}, {}});
   ASSERT_EQ(scene.views[0].gray.type(), CV_32FC1);
   EXPECT_NEAR(scene.views[0].gray.at<float>(2, 2), 100 + 128 / 257.0, 1e-4);
   ASSERT_EQ(scene.views[1].gray.type(), CV_8UC1);
@@ -192,7 +193,7 @@ TEST(Colmap, BinaryComesBeforeTextAndSparseBeforeSparse0) {
     WriteColmapScene(scene, folder.path() / "other", binary);
     fs::create_directories(workspace / place);
     fs::copy(folder.path() / "other/sparse", workspace / place);
-    EXPECT_EQ(LoadColmapScene(workspace).views[0].camera.fx, focal_px);
+    EXPECT_EQ(LoadScene({workspace, {}, {}}).views[0].camera.fx, focal_px);
   }
 }
 
@@ -203,9 +204,9 @@ TEST(Colmap, ThreadCountDoesNotMatter) {
   WriteBytes(folder.path() / "sparse/cameras.txt",
              "1 OPENCV 6 4 5 5 3 2 -0.3 0.1 0.02 -0.03\n2 RADIAL 6 4 5 3 2 -0.2 0\n");
   SetThreadCount(1);
-  const Scene one = LoadColmapScene(folder.path());
+  const Scene one = LoadScene({folder.path(), {}, {}});
   SetThreadCount(2);
-  const Scene two = LoadColmapScene(folder.path());
+  const Scene two = LoadScene({folder.path(), {}, {}});
   SetThreadCount(0);
   ExpectSameScene(one, two);
 }
@@ -237,7 +238,7 @@ void ExpectPointsInsideTheirImages(const Scene& scene) {
 TEST(Colmap, FountainLoads) {
   const fs::path workspace = RealData("fountain-p11");
   if (!fs::exists(workspace)) GTEST_SKIP() << "BURIN_SHARED_DATA has no fountain-p11";
-  const Scene scene = LoadColmapScene(workspace);
+  const Scene scene = LoadScene({workspace, {}, {}});
   ASSERT_EQ(scene.views.size(), 11U);
   EXPECT_EQ(scene.views[0].camera.width, 1536);
   EXPECT_NEAR(static_cast<double>(scene.points.size()), 14281, 150);
@@ -247,7 +248,7 @@ TEST(Colmap, FountainLoads) {
 TEST(Colmap, HerzJesuLoads) {
   const fs::path workspace = RealData("herz-jesu-p8");
   if (!fs::exists(workspace)) GTEST_SKIP() << "BURIN_SHARED_DATA has no herz-jesu-p8";
-  const Scene scene = LoadColmapScene(workspace);
+  const Scene scene = LoadScene({workspace, {}, {}});
   ASSERT_EQ(scene.views.size(), 8U);
   EXPECT_GT(scene.points.size(), 1000U);
   ExpectPointsInsideTheirImages(scene);
@@ -258,7 +259,7 @@ TEST(Colmap, HerzJesuLoads) {
 TEST(Colmap, FullSizeTextFountainReprojectsOntoItsObservations) {
   const fs::path workspace = RealData("fountain-p11/full");
   if (!fs::exists(workspace)) GTEST_SKIP() << "BURIN_SHARED_DATA has no fountain-p11/full";
-  const Scene scene = LoadColmapScene(workspace);
+  const Scene scene = LoadScene({workspace, {}, {}});
   ASSERT_EQ(scene.views.size(), 11U);
   EXPECT_EQ(scene.views[0].camera.fx, 2759.48);
   ExpectPointsInsideTheirImages(scene);

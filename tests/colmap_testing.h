@@ -8,9 +8,10 @@
 #include <fstream>
 #include <string>
 
-#include "core/colmap.h"
 #include "core/error.h"
 #include "core/file_bytes.h"
+#include "core/formats/colmap.h"
+#include "core/formats/scene_loader.h"
 
 namespace burin {
 
@@ -66,7 +67,7 @@ inline Scene TinyScene() {
 // The message of the InputError that loading gives; checks that it is one line.
 inline std::string LoadError(const std::filesystem::path& workspace) {
   try {
-    LoadColmapScene(workspace);
+    LoadScene({workspace, {}, {}});
   } catch (const InputError& error) {
     const std::string message = error.what();
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;

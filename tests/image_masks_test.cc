@@ -83,7 +83,7 @@ TEST(ImageMasks, AreReadByColmapsNames) {
   const std::filesystem::path masks = folder.path() / "masks";
   const auto refused = [&](const std::string& part) {
     try {
-      LoadColmapScene(folder.path() / "scene", true, masks);
+      LoadScene({folder.path() / "scene", {}, masks});
       ADD_FAILURE() << part;
     } catch (const InputError& error) {
       EXPECT_THAT(error.what(), testing::HasSubstr(part));
@@ -95,7 +95,7 @@ TEST(ImageMasks, AreReadByColmapsNames) {
   cv::Mat mask(4, 6, CV_8UC1, cv::Scalar(0));
   mask.at<uint8_t>(1, 2) = 7;
   WriteGrayImage(mask, masks / "view1.png.png");
-  const Scene read = LoadColmapScene(folder.path() / "scene", true, masks);
+  const Scene read = LoadScene({folder.path() / "scene", {}, masks});
   EXPECT_TRUE(read.views[0].mask.empty());
   EXPECT_EQ(cv::countNonZero(read.views[1].mask), 1);
   EXPECT_NE(read.views[1].mask.at<uint8_t>(1, 2), 0);

@@ -5,7 +5,8 @@
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 
-#include "core/colmap.h"
+#include "core/formats/colmap.h"
+#include "core/formats/scene_loader.h"
 #include "tests/colmap_testing.h"
 
 namespace burin {
@@ -32,16 +33,22 @@ double Level(const Eigen::Vector2d& direction) {
 }
 
 // The lens as COLMAP documents it, written down independently of OpenCV.
-Eigen::Vector2d Distort(const Eigen::Vector2d& p, const Distortion& d) {
+Eigen::Vector2d Distort(const Eigen::Vector2d& p, const Lens& d) {
+  if (d.measured != 0) {
+    Eigen::Vector2d photographed = p;
+    for (int i = 0; i < 200; ++i) photographed = p / (1 + d.measured * photographed.squaredNorm());
+    return photographed;
+  }
   const double u = p.x();
   const double v = p.y();
   const double r2 = u * u + v * v;
-  const double radial = d[0] * r2 + d[1] * r2 * r2;
-  return {u + u * radial + 2 * d[2] * u * v + d[3] * (r2 + 2 * u * u),
-          v + v * radial + 2 * d[3] * u * v + d[2] * (r2 + 2 * v * v)};
+  const double radial = r2 * (d.brown[0] + r2 * (d.brown[1] + r2 * d.brown[4]));
+  return {u + u * radial + 2 * d.brown[2] * u * v + d.brown[3] * (r2 + 2 * u * u),
+          v + v * radial + 2 * d.brown[3] * u * v + d.brown[2] * (r2 + 2 * v * v)};
 }
 
-Eigen::Vector2d InvertDistortion(const Eigen::Vector2d& distorted, const Distortion& d) {
+Eigen::Vector2d InvertDistortion(const Eigen::Vector2d& distorted, const Lens& d) {
+  if (d.measured != 0) return distorted * (1 + d.measured * distorted.squaredNorm());
   Eigen::Vector2d p = distorted;
   for (int i = 0; i < 200; ++i) p += distorted - Distort(p, d);
   EXPECT_LT((Distort(p, d) - distorted).norm(), 1e-13);
@@ -49,7 +56,7 @@ Eigen::Vector2d InvertDistortion(const Eigen::Vector2d& distorted, const Distort
 }
 
 // What the lens photographs, in 16 bits so that rounding does not hide small errors.
-cv::Mat Photograph(const Camera& camera, const Distortion& distortion) {
+cv::Mat Photograph(const Camera& camera, const Lens& distortion) {
   cv::Mat image(kHeight, kWidth, CV_16UC1);
   for (int row = 0; row < kHeight; ++row) {
     for (int col = 0; col < kWidth; ++col) {
@@ -64,7 +71,7 @@ cv::Mat Photograph(const Camera& camera, const Distortion& distortion) {
 
 // Largest deviation from what the pinhole camera sees, over pixels whose source and its taps lie in
 // the photograph.
-double MaxError(const cv::Mat& undistorted, const Camera& camera, const Distortion& distortion) {
+double MaxError(const cv::Mat& undistorted, const Camera& camera, const Lens& distortion) {
   double worst = 0;
   int used = 0;
   for (int row = 0; row < kHeight; ++row) {
@@ -83,24 +90,24 @@ double MaxError(const cv::Mat& undistorted, const Camera& camera, const Distorti
   return worst;
 }
 
-struct Lens {
+struct LensCase {
   const char* model;
   std::string parameters;  // as in cameras.txt, after width and height
   double fx, fy;
-  Distortion distortion;
+  Lens distortion;
 };
 
 // Also what a reader would make of it that takes COLMAP's pixel centres for OpenCV's, or the other
 // way round: the principal point is half a pixel off, and the tolerance must tell.
 TEST(Undistort, LoadedImagesShowWhatThePinholeCameraSees) {
   constexpr double kTolerance = 0.03;  // grey levels
-  const Lens lenses[] = {
-      {"SIMPLE_RADIAL", "210 78.3 61.9 -0.3", 210, 210, {-0.3, 0, 0, 0}},
-      {"SIMPLE_RADIAL", "210 78.3 61.9 0.2", 210, 210, {0.2, 0, 0, 0}},
-      {"RADIAL", "210 78.3 61.9 -0.35 0.2", 210, 210, {-0.35, 0.2, 0, 0}},
-      {"OPENCV", "210 200 78.3 61.9 -0.3 0.1 0.02 -0.03", 210, 200, {-0.3, 0.1, 0.02, -0.03}},
+  const LensCase lenses[] = {
+      {"SIMPLE_RADIAL", "210 78.3 61.9 -0.3", 210, 210, {{-0.3, 0, 0, 0, 0}}},
+      {"SIMPLE_RADIAL", "210 78.3 61.9 0.2", 210, 210, {{0.2, 0, 0, 0, 0}}},
+      {"RADIAL", "210 78.3 61.9 -0.35 0.2", 210, 210, {{-0.35, 0.2, 0, 0, 0}}},
+      {"OPENCV", "210 200 78.3 61.9 -0.3 0.1 0.02 -0.03", 210, 200, {{-0.3, 0.1, 0.02, -0.03, 0}}},
   };
-  for (const Lens& lens : lenses) {
+  for (const LensCase& lens : lenses) {
     SCOPED_TRACE(std::string(lens.model) + " " + lens.parameters);
     const TempFolder folder;
     const Camera camera = TestCamera(lens.fx, lens.fy);
@@ -115,7 +122,7 @@ TEST(Undistort, LoadedImagesShowWhatThePinholeCameraSees) {
       ASSERT_TRUE(cv::imwrite((folder.path() / "images" / name).string(), photograph));
     }
 
-    const Scene scene = LoadColmapScene(folder.path());
+    const Scene scene = LoadScene({folder.path(), {}, {}});
     for (const View& view : scene.views) {
       EXPECT_EQ(view.camera.fx, lens.fx);
       EXPECT_EQ(view.camera.fy, lens.fy);
@@ -139,7 +146,7 @@ TEST(Undistort, LoadedImagesShowWhatThePinholeCameraSees) {
 }
 
 TEST(Undistort, EightBitImagesDifferByRoundingOnly) {
-  const Distortion distortion = {-0.3, 0.1, 0.02, -0.03};
+  const Lens distortion = {{-0.3, 0.1, 0.02, -0.03, 0.05}};
   const Camera camera = TestCamera(210, 200);
   cv::Mat levels, bytes;
   Photograph(camera, distortion).convertTo(levels, CV_32F, 1 / 257.0);
@@ -151,24 +158,36 @@ TEST(Undistort, EightBitImagesDifferByRoundingOnly) {
   EXPECT_LT(MaxError(as_float, camera, distortion), 1.4);  // two roundings, the first amplified
 }
 
+TEST(Undistort, TheLensOfVisualSfmGoesTheOtherWay) {
+  for (const double radial : {-0.3, 0.2}) {
+    Lens lens;
+    lens.measured = radial;
+    const Camera camera = TestCamera(210, 200);
+    cv::Mat levels;
+    Photograph(camera, lens).convertTo(levels, CV_32F, 1 / 257.0);
+    EXPECT_LT(MaxError(Undistort(levels, camera, lens), camera, lens), 0.03) << radial;
+    EXPECT_GT(MaxError(levels, camera, lens), 1);
+  }
+}
+
 // Without distortion every pixel is its own source.
 TEST(Undistort, NoDistortionIsTheIdentity) {
   const Camera camera = TestCamera(210, 200);
   cv::Mat levels;
-  Photograph(camera, {0, 0, 0, 0}).convertTo(levels, CV_8U, 1 / 257.0);
-  EXPECT_EQ(cv::norm(Undistort(levels, camera, {0, 0, 0, 0}), levels, cv::NORM_INF), 0);
+  Photograph(camera, Lens()).convertTo(levels, CV_8U, 1 / 257.0);
+  EXPECT_EQ(cv::norm(Undistort(levels, camera, Lens()), levels, cv::NORM_INF), 0);
 }
 
 TEST(Undistort, AbsurdCoefficientsAndOnePixelImagesAreHarmless) {
   Camera camera = TestCamera(210, 200);
   const cv::Mat image(kHeight, kWidth, CV_8UC1, cv::Scalar(90));
   for (const double k : {1e300, -1e300, 1e30, -1e9}) {
-    const cv::Mat result = Undistort(image, camera, {k, -k, k, k});
+    const cv::Mat result = Undistort(image, camera, {{k, -k, k, k, k}});
     EXPECT_EQ(cv::norm(result, image, cv::NORM_INF), 0);
   }
   camera.width = camera.height = 1;
   const cv::Mat pixel(1, 1, CV_8UC1, cv::Scalar(90));
-  EXPECT_EQ(Undistort(pixel, camera, {-0.3, 0, 0, 0}).at<unsigned char>(0, 0), 90);
+  EXPECT_EQ(Undistort(pixel, camera, {{-0.3, 0, 0, 0, 0}}).at<unsigned char>(0, 0), 90);
 }
 
 }  // namespace

@@ -10,9 +10,10 @@
 
 #include "apps/checkpoint.h"
 #include "apps/pipeline.h"
-#include "core/colmap.h"
 #include "core/config.h"
 #include "core/error.h"
+#include "core/formats/colmap.h"
+#include "core/formats/scene_loader.h"
 #include "core/mesh_io.h"
 #include "core/truth.h"
 #include "selection/pair_file.h"
@@ -85,7 +86,7 @@ void Colmap(const std::string& bytes, const std::string& extension) {
     }
   }
   try {
-    LoadColmapScene(Files().path(), /*with_images=*/false);
+    LoadScene({Files().path(), {}, {}}, /*with_images=*/false);
   } catch (const InputError&) {
   }
 }

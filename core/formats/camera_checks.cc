@@ -1,4 +1,4 @@
-#include "core/camera_checks.h"
+#include "core/formats/camera_checks.h"
 
 #include <Eigen/LU>
 #include <Eigen/SVD>

@@ -2,9 +2,9 @@
 #include <cstring>
 
 #include "core/atomic_file.h"
-#include "core/colmap_model.h"
 #include "core/error.h"
 #include "core/file_bytes.h"
+#include "core/formats/colmap_model.h"
 
 namespace burin {
 namespace {

@@ -1,4 +1,4 @@
-#include "core/colmap_model.h"
+#include "core/formats/colmap_model.h"
 
 #include <cmath>
 #include <limits>

@@ -1,19 +1,15 @@
-#include "core/colmap.h"
+#include "core/formats/colmap.h"
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <map>
 #include <set>
 #include <system_error>
 #include <utility>
 
-#include "core/camera_checks.h"
-#include "core/colmap_model.h"
 #include "core/error.h"
+#include "core/formats/colmap_model.h"
 #include "core/gray_image.h"
-#include "core/parallel.h"
-#include "core/undistort.h"
 
 namespace burin {
 namespace {
@@ -67,111 +63,50 @@ Camera PinholeOf(const ColmapCamera& camera, const ColmapImage& image) {
   return pinhole;
 }
 
-Distortion DistortionOf(const ColmapCamera& camera) {
-  Distortion distortion = {0, 0, 0, 0};
+Lens LensOf(const ColmapCamera& camera) {
+  Lens lens;
   std::copy(camera.parameters.begin() + camera.model->focal_count + 2, camera.parameters.end(),
-            distortion.begin());
-  return distortion;
-}
-
-cv::Mat ReadSized(const fs::path& path, const View& view, const ColmapCamera& camera) {
-  cv::Mat gray = ReadGrayImage(path);
-  if (gray.cols != view.camera.width || gray.rows != view.camera.height) {
-    const auto size = [](int width, int height) {
-      return std::to_string(width) + " x " + std::to_string(height);
-    };
-    throw InputError(path, "image size: is " + size(gray.cols, gray.rows) + " but camera " +
-                               std::to_string(camera.id) + " is " +
-                               size(view.camera.width, view.camera.height));
-  }
-  return gray;
-}
-
-cv::Mat ReadViewImage(const View& view, const ColmapCamera& camera) {
-  const cv::Mat gray = ReadSized(view.image_path, view, camera);
-  const Distortion distortion = DistortionOf(camera);
-  if (distortion == Distortion{0, 0, 0, 0}) return gray;
-  return Undistort(gray, view.camera, distortion);
-}
-
-// Zero wherever the lens mixes in a pixel that is not to be used.
-cv::Mat ReadViewMask(const fs::path& path, const View& view, const ColmapCamera& camera) {
-  const cv::Mat mask = ReadSized(path, view, camera);
-  const Distortion distortion = DistortionOf(camera);
-  cv::Mat used = mask != 0;
-  if (distortion == Distortion{0, 0, 0, 0}) return used;
-  return Undistort(used, view.camera, distortion) == 255;
-}
-
-// Fills views[i].gray, and mask where `masks` is a folder that has one. Of several unreadable images
-// the first is reported, whatever the threads.
-void ReadViewImages(const std::vector<const ColmapCamera*>& cameras, const fs::path& masks,
-                    std::vector<View>* views) {
-  std::vector<std::exception_ptr> errors(views->size());
-  ParallelFor(static_cast<int>(views->size()), 1, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) {
-      try {
-        View& view = (*views)[i];
-        view.gray = ReadViewImage(view, *cameras[i]);
-        const fs::path mask = masks / (view.name + ".png");
-        if (!masks.empty() && fs::exists(mask)) view.mask = ReadViewMask(mask, view, *cameras[i]);
-      } catch (...) {
-        errors[i] = std::current_exception();
-      }
-    }
-  });
-  for (const std::exception_ptr& error : errors) {
-    if (error) std::rethrow_exception(error);
-  }
+            lens.brown.begin());
+  return lens;
 }
 
 }  // namespace
 
-Scene LoadColmapScene(const fs::path& workspace, bool with_images, const fs::path& masks) {
-  RequireFolder(workspace);
-  if (!masks.empty()) RequireFolder(masks);
-  if (with_images) RequireFolder(workspace / "images");
+bool IsColmap(const fs::path& path) {
+  std::error_code error;
+  return fs::exists(path / "sparse", error);
+}
+
+PosedScene ReadColmap(const fs::path& workspace, const fs::path& images) {
   const ColmapFiles files = FindModel(workspace);
   ColmapModel model = files.binary ? ReadColmapBinary(files) : ReadColmapText(files);
   CheckColmapModel(model, files);
-  std::sort(model.images.begin(), model.images.end(),
-            [](const ColmapImage& a, const ColmapImage& b) { return a.name < b.name; });
   std::sort(model.points.begin(), model.points.end(),
             [](const ColmapPoint& a, const ColmapPoint& b) { return a.id < b.id; });
-
   std::map<std::uint32_t, const ColmapCamera*> camera_of_id;
   for (const ColmapCamera& camera : model.cameras) camera_of_id[camera.id] = &camera;
-  Scene scene;
-  std::map<std::uint32_t, int> view_of_image;
-  std::vector<const ColmapCamera*> cameras;
+  PosedScene posed;
+  posed.file = files.images;
+  posed.images_folder = images.empty() ? workspace / "images" : images;
+  std::map<std::uint32_t, int> index_of_image;
   for (const ColmapImage& image : model.images) {
-    view_of_image[image.id] = static_cast<int>(scene.views.size());
-    cameras.push_back(camera_of_id.at(image.camera_id));
-    View& view = scene.views.emplace_back();
+    index_of_image[image.id] = static_cast<int>(posed.images.size());
+    const ColmapCamera& camera = *camera_of_id.at(image.camera_id);
+    PosedImage& view = posed.images.emplace_back();
     view.name = image.name;
-    view.image_path = workspace / "images" / image.name;
-    view.camera = PinholeOf(*cameras.back(), image);
+    view.image_path = posed.images_folder / image.name;
+    view.camera = PinholeOf(camera, image);
+    view.lens = LensOf(camera);
+    view.camera_name = "camera " + std::to_string(camera.id);
   }
-  CheckCameras(scene.views, files.images);
-  CheckCentresDiffer(scene.views, files.images);
-  if (with_images) {
-    ReadViewImages(cameras, masks, &scene.views);
-    const bool any_mask = std::any_of(scene.views.begin(), scene.views.end(),
-                                      [](const View& view) { return !view.mask.empty(); });
-    if (!masks.empty() && !any_mask) {
-      throw InputError(masks, "no image has a mask; that of " + scene.views[0].name +
-                                  " would be called " + scene.views[0].name + ".png");
+  for (const ColmapPoint& point : model.points) {
+    ScenePoint& scene_point = posed.points.emplace_back();
+    scene_point.position = point.position;
+    for (const ColmapTrackElement& seen : point.track) {
+      scene_point.views.push_back(index_of_image.at(seen.image_id));
     }
   }
-
-  for (const ColmapPoint& point : model.points) {
-    std::set<int> views;
-    for (const ColmapTrackElement& seen : point.track)
-      views.insert(view_of_image.at(seen.image_id));
-    if (views.size() < 2) continue;
-    scene.points.push_back({point.position, std::vector<int>(views.begin(), views.end())});
-  }
-  return scene;
+  return posed;
 }
 
 namespace {
@@ -253,26 +188,16 @@ void MakeFolder(const fs::path& folder) {
 
 }  // namespace
 
-void WriteColmapScene(const Scene& scene, const fs::path& workspace, bool binary) {
-  const fs::path images = workspace / "images";
+void WriteColmapModel(const Scene& scene, const fs::path& workspace, bool binary) {
   const fs::path sparse = workspace / "sparse";
   const ColmapFiles files = ColmapFilesIn(sparse, binary);
   ColmapModel model;
-  std::set<std::string> names;
-  for (const View& view : scene.views) {
-    CheckView(view, images, &names);
-    AddView(view, &model);
-  }
+  for (const View& view : scene.views) AddView(view, &model);
   const ColmapCameraModel* pinhole = FindCameraModel("PINHOLE", 0, files.cameras);
   for (ColmapCamera& camera : model.cameras) camera.model = pinhole;
   for (const ScenePoint& point : scene.points) AddPoint(scene, point, files, &model);
   CheckColmapModel(model, files);  // so that what is written can be read
-
   MakeFolder(sparse);
-  for (const View& view : scene.views) {
-    MakeFolder((images / view.name).parent_path());
-    WriteGrayImage(view.gray, images / view.name);
-  }
   if (binary) {
     WriteColmapBinary(model, files);
   } else {
@@ -282,6 +207,17 @@ void WriteColmapScene(const Scene& scene, const fs::path& workspace, bool binary
   for (const fs::path* file : {&other.cameras, &other.images, &other.points}) {
     std::error_code error;
     fs::remove(*file, error);
+  }
+}
+
+void WriteColmapScene(const Scene& scene, const fs::path& workspace, bool binary) {
+  const fs::path images = workspace / "images";
+  std::set<std::string> names;
+  for (const View& view : scene.views) CheckView(view, images, &names);
+  WriteColmapModel(scene, workspace, binary);
+  for (const View& view : scene.views) {
+    MakeFolder((images / view.name).parent_path());
+    WriteGrayImage(view.gray, images / view.name);
   }
 }
 

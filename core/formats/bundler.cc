@@ -1,0 +1,126 @@
+#include "core/formats/bundler.h"
+
+#include <Eigen/Core>
+#include <cmath>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "core/error.h"
+#include "core/formats/camera_checks.h"
+#include "core/formats/text_lines.h"
+
+namespace burin {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path BundleFile(const fs::path& path) {
+  std::error_code error;
+  if (path.extension() == ".out" && fs::is_regular_file(path, error)) return path;
+  for (const char* name : {"bundle.out", "bundle/bundle.out"}) {
+    if (fs::is_regular_file(path / name, error)) return path / name;
+  }
+  return {};
+}
+
+fs::path ListFile(const fs::path& bundle) {
+  const fs::path folder = bundle.parent_path();
+  for (const fs::path& list : {folder / "list.txt", folder / ".." / "list.txt"}) {
+    std::error_code error;
+    if (fs::is_regular_file(list, error)) return list;
+  }
+  throw InputError(folder / "list.txt", "file is missing: it has the names of the photographs");
+}
+
+std::vector<std::string> ReadNames(const fs::path& path) {
+  TextLines lines(path);
+  std::vector<std::string> names;
+  while (lines.NextElement()) names.emplace_back(lines.Word("image name"));
+  return names;
+}
+
+void NextLine(TextLines* lines, const char* field) {
+  if (!lines->NextElement()) lines->Fail(field, "the file ends");
+}
+
+// In the middle of a line or at the start of the next.
+template <typename T>
+T NextNumber(TextLines* lines, const char* field) {
+  while (lines->AtEndOfLine()) NextLine(lines, field);
+  return lines->Number<T>(field);
+}
+
+}  // namespace
+
+bool IsBundler(const fs::path& path) { return !BundleFile(path).empty(); }
+
+PosedScene ReadBundler(const fs::path& path, const fs::path& images) {
+  const fs::path file = BundleFile(path);
+  const fs::path list = ListFile(file);
+  const std::vector<std::string> names = ReadNames(list);
+  TextLines lines(file);
+  NextLine(&lines, "number of cameras");
+  const auto cameras = lines.Number<uint32_t>("number of cameras");
+  const auto points = lines.Number<uint32_t>("number of points");
+  lines.ExpectEndOfLine();
+  if (cameras != names.size()) {
+    throw InputError(list, "has " + std::to_string(names.size()) + " names, but " +
+                               file.filename().string() + " has " + std::to_string(cameras) +
+                               " cameras");
+  }
+  PosedScene posed;
+  posed.file = file;
+  std::vector<int> index(cameras, -1);
+  std::vector<fs::path> photographs;
+  const Eigen::DiagonalMatrix<double, 3> turn(1, -1, -1);
+  for (uint32_t c = 0; c < cameras; ++c) {
+    const Eigen::Vector3d lens = lines.Rows<1, 3>("f, k1, k2").transpose();
+    const Eigen::Matrix3d rotation = lines.Rows<3, 3>("R");
+    const Eigen::Vector3d translation = lines.Rows<1, 3>("t").transpose();
+    if (lens[0] == 0) continue;
+    index[c] = static_cast<int>(posed.images.size());
+    PosedImage& view = posed.images.emplace_back();
+    const fs::path name = names[c];
+    view.name = name.lexically_normal().string();
+    if (view.name.rfind("./", 0) == 0) view.name.erase(0, 2);
+    view.image_path = FindPhotograph(
+        images.empty() ? view.name : name.filename().string(),
+        images.empty() ? std::vector<fs::path>{list.parent_path(), file.parent_path()}
+                       : std::vector<fs::path>{images, images / name.parent_path()});
+    if (name.is_absolute() || view.name.rfind("..", 0) == 0) view.name = name.filename().string();
+    photographs.push_back(view.image_path);
+    view.camera.fx = view.camera.fy = lens[0];
+    view.lens.brown = {lens[1], lens[2], 0, 0, 0};
+    view.camera.rotation =
+        turn * NearestRotation(rotation, file, "camera " + std::to_string(c) + ": R");
+    view.camera.translation = turn * translation;
+  }
+  const std::vector<cv::Size> sizes = PhotographSizes(photographs);
+  for (size_t i = 0; i < sizes.size(); ++i) {
+    Camera& camera = posed.images[i].camera;
+    camera.width = sizes[i].width;
+    camera.height = sizes[i].height;
+    camera.cx = 0.5 * camera.width;
+    camera.cy = 0.5 * camera.height;
+  }
+  for (uint32_t p = 0; p < points; ++p) {
+    ScenePoint& point = posed.points.emplace_back();
+    for (int k = 0; k < 3; ++k) point.position[k] = NextNumber<double>(&lines, "point position");
+    for (int k = 0; k < 3; ++k) NextNumber<double>(&lines, "point colour");
+    const auto views = NextNumber<uint32_t>(&lines, "number of views");
+    for (uint32_t v = 0; v < views; ++v) {
+      const auto camera = NextNumber<uint32_t>(&lines, "view: camera");
+      if (camera >= cameras) {
+        lines.Fail("view: camera", std::to_string(camera) + " does not exist");
+      }
+      NextNumber<uint32_t>(&lines, "view: key");
+      NextNumber<double>(&lines, "view: x");
+      NextNumber<double>(&lines, "view: y");
+      if (index[camera] >= 0) point.views.push_back(index[camera]);
+    }
+  }
+  return posed;
+}
+
+}  // namespace burin
