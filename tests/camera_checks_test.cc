@@ -72,6 +72,25 @@ TEST(CameraChecks, SameCentreWhateverTheRotationAndFarFromTheOrigin) {
   EXPECT_EQ(ErrorOf([&] { CheckCentresDiffer(views, "file"); }), "no error");
 }
 
+TEST(CameraChecks, RoundedTakesTheLastBitsAway) {
+  Camera camera = TwoViews()[1].camera;
+  camera.cx = 1520.69 + 0.5;
+  camera.rotation = Eigen::AngleAxisd(2.9, Eigen::Vector3d(1, -2, 3).normalized()).matrix();
+  camera.translation = {-7.28137, 1e-5, 0.204446};
+  Camera other = camera;
+  other.cx = 1521.19;
+  other.rotation = Eigen::Quaterniond(camera.rotation).normalized().toRotationMatrix();
+  other.translation = -other.rotation * camera.Center();
+  const Camera a = Rounded(camera);
+  const Camera b = Rounded(other);
+  EXPECT_EQ(a.cx, b.cx);
+  EXPECT_EQ(a.rotation, b.rotation);
+  EXPECT_EQ(a.translation, b.translation);
+  EXPECT_LT((a.ProjectionMatrix() - camera.ProjectionMatrix()).norm(),
+            1e-10 * camera.ProjectionMatrix().norm());
+  EXPECT_EQ(Rounded(a).rotation, a.rotation);
+}
+
 TEST(CameraChecks, ARotationOfFewDigitsBecomesOne) {
   const Eigen::Matrix3d exact =
       Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).matrix();

@@ -71,6 +71,8 @@ TEST_F(ColmapErrors, MissingFolders) {
               AllOf(StartsWith(folder_.path().string() + ": is no scene"), HasSubstr("sparse/")));
   fs::create_directory(folder_.path() / "sparse");
   EXPECT_THAT(LoadError(folder_.path()), HasSubstr("sparse: no model: cameras, images and"));
+  fs::remove(folder_.path() / "sparse");
+  fs::rename(folder_.path() / "s", folder_.path() / "sparse");
   fs::rename(folder_.path() / "images", folder_.path() / "i");
   EXPECT_EQ(LoadError(folder_.path()),
             (folder_.path() / "images").string() + ": folder is missing");

@@ -1,5 +1,6 @@
 #include "core/formats/camera_checks.h"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -13,6 +14,13 @@ namespace {
 
 // Of the distance between centres, relative to the larger of their coordinates: rounding alone.
 constexpr double kSameCentre = 1e-12;
+
+constexpr int kKeptBits = 40;
+
+// To a multiple of 2^exponent.
+double RoundedTo(double value, int exponent) {
+  return std::ldexp(std::round(std::ldexp(value, -exponent)), exponent);
+}
 
 double OffOrthonormal(const Eigen::Matrix3d& matrix) {
   return (matrix * matrix.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
@@ -58,6 +66,23 @@ void CheckCentresDiffer(const std::vector<View>& views, const std::filesystem::p
   throw InputError(file, "all " + std::to_string(views.size()) +
                              " cameras have the same centre: photographs from one place show no "
                              "depth");
+}
+
+Camera Rounded(const Camera& camera) {
+  Camera rounded = camera;
+  for (double* value : {&rounded.fx, &rounded.fy, &rounded.cx, &rounded.cy}) {
+    *value = RoundedTo(*value, -kKeptBits + 10);  // pixels, of some thousands
+  }
+  Eigen::Quaterniond q(camera.rotation);
+  for (double& value : q.coeffs()) value = RoundedTo(value, -kKeptBits);
+  rounded.rotation = q.normalized().toRotationMatrix();
+  const double largest = camera.translation.cwiseAbs().maxCoeff();
+  if (largest > 0) {
+    for (double& value : rounded.translation) {
+      value = RoundedTo(value, std::ilogb(largest) - kKeptBits);
+    }
+  }
+  return rounded;
 }
 
 Eigen::Matrix3d NearestRotation(const Eigen::Matrix3d& matrix, const std::filesystem::path& file,

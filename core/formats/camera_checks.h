@@ -19,6 +19,11 @@ void CheckCameras(const std::vector<View>& views, const std::filesystem::path& f
 // from two sides otherwise. Views that share a centre beside others are no error; they make no pair.
 void CheckCentresDiffer(const std::vector<View>& views, const std::filesystem::path& file);
 
+// The same camera to 12 digits, with the bits beyond rounded off: formats write one camera as different
+// numbers (a quaternion or a matrix, t or the centre), and a refinement turns a difference in the last
+// bit into another mesh, as good but not the same.
+Camera Rounded(const Camera& camera);
+
 // The rotation nearest to `matrix` (Frobenius norm). Formats write rotations with few digits; what is
 // further than 1e-3 (any entry of M M^T - I) from one, or mirrors, is an InputError about `element` of
 // `file`.

@@ -130,6 +130,7 @@ Scene MakeScene(const PosedScene& posed, bool with_images, const fs::path& masks
                                      " image(s): at least 2 are needed");
   }
   CheckCameras(scene.views, posed.file);
+  for (View& view : scene.views) view.camera = Rounded(view.camera);
   CheckCentresDiffer(scene.views, posed.file);
   if (with_images) {
     ForEachInParallel(order.size(), [&](size_t i) {
