@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/atomic_file.h"
+#include "core/cbor.h"
 #include "core/error.h"
 #include "core/file_bytes.h"
 
@@ -94,7 +95,7 @@ Checkpoint ReadCheckpoint(const std::filesystem::path& path) {
   const std::string bytes = ReadFileBytes(path);
   Checkpoint checkpoint;
   try {
-    const json file = json::from_cbor(bytes);
+    const json file = ReadCbor(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
     if (const int version = file.at("burin_checkpoint"); version != kVersion) {
       throw InputError(path, "version is " + std::to_string(version) + ", must be " +
                                  std::to_string(kVersion) + ": written by another burin");
@@ -103,7 +104,7 @@ Checkpoint ReadCheckpoint(const std::filesystem::path& path) {
     Fingerprint hash;
     hash.Add(body_bytes.data(), body_bytes.size());
     if (file.at("hash") != hash.Text()) throw std::runtime_error("its bytes were changed");
-    const json body = json::from_cbor(body_bytes);
+    const json body = ReadCbor(body_bytes.data(), body_bytes.size());
     body.at("scene").get_to(checkpoint.source.scene);
     body.at("images").get_to(checkpoint.source.images);
     body.at("mesh").get_to(checkpoint.mesh_path);

@@ -23,27 +23,6 @@ namespace {
 // Enough for folds of some tens of vertices across; each round adds its own.
 constexpr int kRelaxSweeps = 100;
 
-// Median over vertices of the smallest footprint among the views they project into; 0 when none
-// does.
-double MedianFootprint(const Scene& scene, const TriangleMesh& mesh) {
-  std::vector<double> footprints;
-  for (const Eigen::Vector3d& vertex : mesh.vertices) {
-    double smallest = 0;
-    for (const View& view : scene.views) {
-      if (view.camera.Depth(vertex) <= 0 || !view.camera.Contains(view.camera.Project(vertex))) {
-        continue;
-      }
-      const double footprint = view.camera.Footprint(vertex);
-      if (smallest == 0 || footprint < smallest) smallest = footprint;
-    }
-    if (smallest > 0) footprints.push_back(smallest);
-  }
-  if (footprints.empty()) return 0;
-  std::nth_element(footprints.begin(),
-                   footprints.begin() + static_cast<long>(footprints.size() / 2), footprints.end());
-  return footprints[footprints.size() / 2];
-}
-
 // The coarsest of the levels asked for whose images all have min_side_px, or else the finest.
 int CoarsestLevel(const Scene& scene, const LevelOptions& options) {
   int smallest = scene.views[0].camera.width;
@@ -64,6 +43,25 @@ void ReturnFreeMemory() {
 }
 
 }  // namespace
+
+double MedianFootprint(const Scene& scene, const TriangleMesh& mesh) {
+  std::vector<double> footprints;
+  for (const Eigen::Vector3d& vertex : mesh.vertices) {
+    double smallest = 0;
+    for (const View& view : scene.views) {
+      if (view.camera.Depth(vertex) <= 0 || !view.camera.Contains(view.camera.Project(vertex))) {
+        continue;
+      }
+      const double footprint = view.camera.Footprint(vertex);
+      if (smallest == 0 || footprint < smallest) smallest = footprint;
+    }
+    if (smallest > 0) footprints.push_back(smallest);
+  }
+  if (footprints.empty()) return 0;
+  std::nth_element(footprints.begin(),
+                   footprints.begin() + static_cast<long>(footprints.size() / 2), footprints.end());
+  return footprints[footprints.size() / 2];
+}
 
 void LevelOptions::Describe(OptionSet* set) {
   set->Add("level.count", &count, "Levels of the image pyramid, each half the size of the next", 1,

@@ -92,6 +92,10 @@ struct RefinementHooks {
   std::function<void(const RefinementState&)> on_state;
 };
 
+// Median over vertices of the smallest pixel footprint, full resolution, among the views that they
+// project into; 0 when none does.
+double MedianFootprint(const Scene& scene, const TriangleMesh& mesh);
+
 // Moves (and adds) vertices of `input` so that the sum of the terms falls. Terms are not owned.
 // With `start`, a state that on_state was given by a refinement of the same scene, mesh, pairs,
 // options and terms, it goes on from there and comes to the same bytes; seconds in the summary are

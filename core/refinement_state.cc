@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <type_traits>
 
+#include "core/cbor.h"
+
 namespace burin {
 
 // How nlohmann::json is told of structs: it finds these functions by the structs' namespace.
@@ -76,7 +78,7 @@ std::vector<uint8_t> StateBytes(const RefinementState& state) {
 }
 
 RefinementState StateFromBytes(const std::vector<uint8_t>& bytes) {
-  const json read = json::from_cbor(bytes);
+  const json read = ReadCbor(bytes.data(), bytes.size());
   RefinementState state;
   read.at("level").get_to(state.level);
   read.at("round").get_to(state.round);

@@ -14,6 +14,7 @@
 #include "core/error.h"
 #include "core/formats/colmap.h"
 #include "core/formats/scene_loader.h"
+#include "core/gray_image.h"
 #include "core/mesh_io.h"
 #include "core/truth.h"
 #include "selection/pair_file.h"
@@ -94,6 +95,62 @@ void Colmap(const std::string& bytes, const std::string& extension) {
 void ColmapBinary(const std::string& bytes) { Colmap(bytes, ".bin"); }
 void ColmapText(const std::string& bytes) { Colmap(bytes, ".txt"); }
 
+// A scene in one file, beside the photographs a.png and b.png.
+void SceneAs(const std::string& name, const std::string& bytes) {
+  static const bool written = [] {
+    const cv::Mat photograph(6, 8, CV_8UC1, cv::Scalar(90));
+    for (const char* image : {"a.png", "b.png", "00000000.png", "00000001.png"}) {
+      WriteGrayImage(photograph, Files().Write("scene/readme", "").parent_path() / image);
+    }
+    return true;
+  }();
+  (void)written;
+  try {
+    LoadScene({Files().Write("scene/" + name, bytes), {}, {}});
+  } catch (const InputError&) {
+  }
+}
+
+void Mvs(const std::string& bytes) { SceneAs("scene.mvs", bytes); }
+void Nvm(const std::string& bytes) { SceneAs("scene.nvm", bytes); }
+void OpenMvg(const std::string& bytes) { SceneAs("sfm_data.json", bytes); }
+void Middlebury(const std::string& bytes) { SceneAs("tiny_par.txt", bytes); }
+
+void Bundler(const std::string& bytes) {
+  Files().Write("scene/list.txt", "a.png\nb.png\n");
+  SceneAs("bundle.out", bytes);
+}
+
+// One camera of two is what is fuzzed.
+void CameraFiles(const std::string& ending, const std::string& good, const std::string& names,
+                 const std::string& bytes) {
+  const std::string folder = "cameras" + ending;
+  SceneAs("readme", "");
+  Files().Write(folder + "/" + names.substr(0, names.size() / 2) + ending, good);
+  try {
+    LoadScene(
+        {Files().Write(folder + "/" + names.substr(names.size() / 2) + ending, bytes).parent_path(),
+         Files().path() / "scene",
+         {}});
+  } catch (const InputError&) {
+  }
+}
+
+void Strecha(const std::string& bytes) {
+  CameraFiles(".camera", "5 0 4\n0 5 3\n0 0 1\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 0 0\n8 6\n",
+              "a.pngb.png", bytes);
+}
+
+void Projection(const std::string& bytes) {
+  CameraFiles(".P", "5 0 4 0\n0 5 3 0\n0 0 1 0\n", "a.pngb.png", bytes);
+}
+
+void MvsNetCamera(const std::string& bytes) {
+  CameraFiles("_cam.txt",
+              "extrinsic\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n\nintrinsic\n5 0 4\n0 5 3\n0 0 1\n",
+              "0000000000000001", bytes);
+}
+
 void Toml(const std::string& bytes) {
   PipelineOptions options;
   OptionSet set;
@@ -140,6 +197,14 @@ const std::vector<Target>& Targets() {
                                               {"points", Points},
                                               {"colmap_binary", ColmapBinary},
                                               {"colmap_text", ColmapText},
+                                              {"mvs", Mvs},
+                                              {"nvm", Nvm},
+                                              {"openmvg", OpenMvg},
+                                              {"middlebury", Middlebury},
+                                              {"bundler", Bundler},
+                                              {"strecha", Strecha},
+                                              {"projection", Projection},
+                                              {"mvsnet", MvsNetCamera},
                                               {"toml", Toml},
                                               {"pairs", Pairs},
                                               {"checkpoint", CheckpointFile},

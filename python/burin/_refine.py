@@ -1,0 +1,54 @@
+"""Whole runs on arrays."""
+
+import dataclasses
+import typing
+
+import numpy
+
+from burin import _burin
+from burin._options import Options
+
+
+@dataclasses.dataclass
+class Refinement:
+    """What refine() returns."""
+
+    vertices: numpy.ndarray  # (V, 3), the scene's unit
+    faces: numpy.ndarray  # (F, 3)
+    quality: dict  # per vertex: pairs, zncc, displacement_px, sd_px (docs/guard.md)
+    summary: dict  # as summary.json has it
+
+
+@dataclasses.dataclass
+class Selection:
+    """Camera pairs (reference, second), indices of views."""
+
+    pairs: list
+    held_back: list  # the best pairs left out: refine() judges its levels by them
+    warnings: list  # views without a partner, and why
+
+
+def load_scene(path, images="", masks=""):
+    """A scene in any format that burin reads (docs/formats.md), with its photographs.
+
+    images: folder of the photographs, where it is not the scene's own. masks: folder of image masks.
+    """
+    return _burin.load_scene(path, images, masks)
+
+
+def refine(scene, vertices, faces, options: typing.Optional[Options] = None, callback=None):
+    """The mesh that agrees better with the photographs, as `burin refine` finds it: a Refinement.
+
+    vertices: (V, 3) floats; faces: (F, 3) integers, counter-clockwise from outside. callback, where
+    given, is called after every iteration with a dict (level, round, iteration, energy, done, ...);
+    when it returns False, the refinement ends with the mesh so far. Ctrl-C ends it with
+    KeyboardInterrupt. Other Python threads run meanwhile.
+    """
+    options = Options() if options is None else options
+    return Refinement(**_burin.refine(scene, vertices, faces, options._native, callback))
+
+
+def select_pairs(scene, vertices, faces, options: typing.Optional[Options] = None):
+    """The camera pairs that refine() would use: a Selection."""
+    options = Options() if options is None else options
+    return Selection(**_burin.select_pairs(scene, vertices, faces, options._native))

@@ -1,0 +1,406 @@
+// burin as a Python module: NumPy arrays in and out, the GIL released while burin works. What users see
+// is python/burin/__init__.py; this file only converts.
+#include <pybind11/eigen.h>
+#include <pybind11/functional.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/level_energy.h"
+#include "apps/memory_limit.h"
+#include "apps/option_binding.h"
+#include "apps/pipeline.h"
+#include "apps/run_output.h"
+#include "core/error.h"
+#include "core/formats/camera_checks.h"
+#include "core/formats/scene_loader.h"
+#include "core/mesh_io.h"
+#include "core/stopwatch.h"
+
+namespace py = pybind11;
+
+namespace burin {
+namespace {
+
+using Vertices = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using Faces = py::array_t<int, py::array::c_style | py::array::forcecast>;
+
+// Options as the C++ structs have them; Python names them by OptionSet.
+struct Options {
+  Options() { options.Describe(&set); }
+  Options(const Options& other) : options(other.options) { options.Describe(&set); }
+  Options& operator=(const Options&) = delete;
+
+  std::vector<std::string> Names() const {
+    std::vector<std::string> names;
+    for (const Option& option : set.options()) names.push_back(option.name);
+    return names;
+  }
+  Option& At(const std::string& name) {
+    Option* option = set.Find(name);
+    if (option == nullptr) throw py::key_error(name + ": there is no option of this name");
+    return *option;
+  }
+  py::object Get(const std::string& name) {
+    return std::visit([](auto* value) -> py::object { return py::cast(*value); }, At(name).value);
+  }
+  void Set(const std::string& name, const py::object& value) {
+    Option& option = At(name);
+    const bool is_bool = std::holds_alternative<bool*>(option.value);
+    if (is_bool != py::isinstance<py::bool_>(value) ||
+        std::holds_alternative<std::string*>(option.value) != py::isinstance<py::str>(value)) {
+      throw py::type_error(name + ": must be " + option.Constraint());
+    }
+    std::string error;
+    const std::string text =
+        is_bool ? (value.cast<bool>() ? "true" : "false") : py::str(value).cast<std::string>();
+    const std::string before = option.Text();
+    if (option.Set(text, &error)) return;
+    std::string ignored;
+    option.Set(before, &ignored);
+    throw InputError(error);
+  }
+
+  PipelineOptions options;
+  OptionSet set;
+};
+
+TriangleMesh MeshOf(const Vertices& vertices, const Faces& faces) {
+  if (vertices.ndim() != 2 || vertices.shape(1) != 3) {
+    throw InputError("vertices: must be an array of shape (V, 3)");
+  }
+  if (faces.ndim() != 2 || faces.shape(1) != 3) {
+    throw InputError("faces: must be an array of shape (F, 3)");
+  }
+  TriangleMesh mesh;
+  const auto v = vertices.unchecked<2>();
+  const auto f = faces.unchecked<2>();
+  for (py::ssize_t k = 0; k < v.shape(0); ++k)
+    mesh.vertices.emplace_back(v(k, 0), v(k, 1), v(k, 2));
+  for (py::ssize_t k = 0; k < f.shape(0); ++k) {
+    for (int c = 0; c < 3; ++c) {
+      if (f(k, c) < 0 || f(k, c) >= v.shape(0)) {
+        throw InputError("faces: row " + std::to_string(k) + " names vertex " +
+                         std::to_string(f(k, c)) + " of " + std::to_string(v.shape(0)));
+      }
+    }
+    mesh.faces.emplace_back(f(k, 0), f(k, 1), f(k, 2));
+  }
+  if (mesh.faces.empty()) throw InputError("faces: there are none");
+  for (const Eigen::Vector3d& vertex : mesh.vertices) {
+    if (!vertex.allFinite()) throw InputError("vertices: must be finite");
+  }
+  return mesh;
+}
+
+py::array_t<double> Array(const std::vector<Eigen::Vector3d>& points) {
+  py::array_t<double> array({static_cast<py::ssize_t>(points.size()), py::ssize_t{3}});
+  auto out = array.mutable_unchecked<2>();
+  for (size_t k = 0; k < points.size(); ++k) {
+    for (int c = 0; c < 3; ++c) out(static_cast<py::ssize_t>(k), c) = points[k][c];
+  }
+  return array;
+}
+
+py::array_t<int> Array(const std::vector<Eigen::Vector3i>& faces) {
+  py::array_t<int> array({static_cast<py::ssize_t>(faces.size()), py::ssize_t{3}});
+  auto out = array.mutable_unchecked<2>();
+  for (size_t k = 0; k < faces.size(); ++k) {
+    for (int c = 0; c < 3; ++c) out(static_cast<py::ssize_t>(k), c) = faces[k][c];
+  }
+  return array;
+}
+
+template <typename T>
+py::array_t<T> Array(const std::vector<T>& values) {
+  return py::array_t<T>(static_cast<py::ssize_t>(values.size()), values.data());
+}
+
+template <typename T>
+py::array_t<T> ImageArray(const cv::Mat& image) {
+  py::array_t<T> array({image.rows, image.cols});
+  for (int row = 0; row < image.rows; ++row) {
+    std::copy(image.ptr<T>(row), image.ptr<T>(row) + image.cols, array.mutable_data(row, 0));
+  }
+  return array;
+}
+
+py::object ParseJson(const std::string& text) {
+  return py::module_::import("json").attr("loads")(text);
+}
+
+// A scene from arrays: images (H, W) of grey levels, K, R, t as burin's conventions have them.
+Scene SceneOf(const std::vector<std::string>& names, const std::vector<py::array>& images,
+              const std::vector<Eigen::Matrix3d>& intrinsics,
+              const std::vector<Eigen::Matrix3d>& rotations,
+              const std::vector<Eigen::Vector3d>& translations) {
+  const size_t count = names.size();
+  if (images.size() != count || intrinsics.size() != count || rotations.size() != count ||
+      translations.size() != count) {
+    throw InputError("names, images, intrinsics, rotations and translations: must be as many");
+  }
+  Scene scene;
+  for (size_t i = 0; i < count; ++i) {
+    if (images[i].ndim() != 2) throw InputError("images: must be arrays of shape (H, W)");
+    View& view = scene.views.emplace_back();
+    view.name = names[i];
+    const int rows = static_cast<int>(images[i].shape(0));
+    const int columns = static_cast<int>(images[i].shape(1));
+    if (py::isinstance<py::array_t<uint8_t>>(images[i])) {
+      const py::array_t<uint8_t, py::array::c_style | py::array::forcecast> data(images[i]);
+      view.gray = cv::Mat(rows, columns, CV_8UC1, const_cast<uint8_t*>(data.data())).clone();
+    } else {
+      const py::array_t<float, py::array::c_style | py::array::forcecast> data(images[i]);
+      view.gray = cv::Mat(rows, columns, CV_32FC1, const_cast<float*>(data.data())).clone();
+    }
+    view.camera = CameraOfIntrinsics(intrinsics[i], 0.5, names[i], "intrinsics");
+    view.camera.width = columns;
+    view.camera.height = rows;
+    view.camera.rotation = NearestRotation(rotations[i], names[i], "rotation");
+    view.camera.translation = translations[i];
+  }
+  CheckCameras(scene.views, "scene");
+  CheckCentresDiffer(scene.views, "scene");
+  return scene;
+}
+
+Eigen::Matrix3d IntrinsicsOf(const Camera& camera) {
+  Eigen::Matrix3d k;
+  k << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
+  return k;
+}
+
+py::dict EventDict(const RefinementEvent& event) {
+  py::dict dict;
+  dict["level"] = event.level;
+  dict["round"] = event.round;
+  dict["done"] = event.done;
+  dict["iteration"] = event.iteration.iteration;
+  dict["energy"] = event.iteration.energy;
+  dict["gradient_max"] = event.iteration.gradient_max;
+  dict["step_norm"] = event.iteration.step_norm;
+  dict["accepted"] = event.iteration.accepted;
+  return dict;
+}
+
+std::vector<CameraPair> PairsOf(const std::vector<std::pair<int, int>>& pairs) {
+  std::vector<CameraPair> result;
+  result.reserve(pairs.size());
+  for (const auto& [reference, second] : pairs) result.push_back({reference, second});
+  return result;
+}
+
+std::vector<std::pair<int, int>> PairTuples(const std::vector<CameraPair>& pairs) {
+  std::vector<std::pair<int, int>> result;
+  result.reserve(pairs.size());
+  for (const CameraPair& pair : pairs) result.emplace_back(pair.reference, pair.second);
+  return result;
+}
+
+// Python's signal handlers run between iterations, so that Ctrl-C ends a refinement; what they or the
+// callback raise is raised again when the refinement has ended.
+py::dict RefineMesh(const Scene& scene, const Vertices& vertices, const Faces& faces,
+                    Options* given, const py::object& callback) {
+  const TriangleMesh mesh = MeshOf(vertices, faces);
+  const PipelineOptions options = given->options;
+  RunInputs inputs;
+  inputs.command_line = "burin.refine";
+  inputs.scene = &scene;
+  inputs.mesh = &mesh;
+  const Stopwatch watch;
+  std::exception_ptr raised;
+  RefinementHooks hooks;
+  hooks.on_iteration = [&](const RefinementEvent& event) {
+    const py::gil_scoped_acquire acquire;
+    try {
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      if (callback.is_none()) return true;
+      const py::object answer = callback(EventDict(event));
+      return answer.is_none() || answer.cast<bool>();
+    } catch (...) {
+      raised = std::current_exception();
+      return false;
+    }
+  };
+  PipelineResult result;
+  {
+    const py::gil_scoped_release release;
+    inputs.memory = CheckMemory(scene, mesh, options);
+    CheckMeshIsSeen(scene, mesh, "mesh");
+    result = RunPipeline(scene, mesh, options, hooks);
+  }
+  if (raised) std::rethrow_exception(raised);
+  py::dict quality;
+  for (const VertexScalar& scalar : result.quality)
+    quality[scalar.name.c_str()] = Array(scalar.values);
+  py::dict out;
+  out["vertices"] = Array(result.mesh.vertices);
+  out["faces"] = Array(result.mesh.faces);
+  out["quality"] = quality;
+  out["summary"] = ParseJson(SummaryJson(inputs, options, result, watch.Seconds()).dump());
+  return out;
+}
+
+py::dict Select(const Scene& scene, const Vertices& vertices, const Faces& faces,
+                Options* options) {
+  const TriangleMesh mesh = MeshOf(vertices, faces);
+  PairSelection selection;
+  {
+    const py::gil_scoped_release release;
+    options->options.Check();
+    selection = SelectPairs(scene, mesh, options->options.pairs);
+  }
+  py::dict out;
+  out["pairs"] = PairTuples(selection.pairs);
+  out["held_back"] = PairTuples(selection.held_back);
+  out["warnings"] = selection.warnings;
+  return out;
+}
+
+py::tuple Linearize(LevelEnergy* energy, const Eigen::VectorXd& x) {
+  double value = 0;
+  Eigen::VectorXd gradient;
+  const SymmetricMatrix* matrix = nullptr;
+  {
+    const py::gil_scoped_release release;
+    matrix = &energy->Linearize(x, &value, &gradient);
+  }
+  return py::make_tuple(value, gradient, Array(matrix->value), Array(matrix->column),
+                        Array(matrix->start));
+}
+
+void DefineScene(py::module_* module) {
+  py::class_<Scene, std::shared_ptr<Scene>>(*module, "Scene")
+      .def(py::init(&SceneOf), py::arg("names"), py::arg("images"), py::arg("intrinsics"),
+           py::arg("rotations"), py::arg("translations"))
+      .def("__len__", [](const Scene& scene) { return scene.views.size(); })
+      .def_property_readonly("names",
+                             [](const Scene& scene) {
+                               std::vector<std::string> names;
+                               for (const View& view : scene.views) names.push_back(view.name);
+                               return names;
+                             })
+      .def("image",
+           [](const Scene& scene, size_t view) -> py::array {
+             const cv::Mat& gray = scene.views.at(view).gray;
+             if (gray.type() == CV_8UC1) return ImageArray<uint8_t>(gray);
+             return ImageArray<float>(gray);
+           })
+      .def("intrinsics", [](const Scene& scene,
+                            size_t view) { return IntrinsicsOf(scene.views.at(view).camera); })
+      .def("rotation",
+           [](const Scene& scene, size_t view) { return scene.views.at(view).camera.rotation; })
+      .def("translation",
+           [](const Scene& scene, size_t view) { return scene.views.at(view).camera.translation; })
+      .def_property_readonly("points", [](const Scene& scene) {
+        std::vector<Eigen::Vector3d> points;
+        for (const ScenePoint& point : scene.points) points.push_back(point.position);
+        return Array(points);
+      });
+  module->def(
+      "load_scene",
+      [](const std::filesystem::path& path, const std::filesystem::path& images,
+         const std::filesystem::path& masks) {
+        const py::gil_scoped_release release;
+        return std::make_shared<Scene>(LoadScene({path, images, masks}));
+      },
+      py::arg("path"), py::arg("images"), py::arg("masks"));
+}
+
+void DefineOptions(py::module_* module) {
+  py::class_<Options>(*module, "Options")
+      .def(py::init<>())
+      .def(py::init<const Options&>())
+      .def("names", &Options::Names)
+      .def("get", &Options::Get)
+      .def("set", &Options::Set)
+      .def("help", [](Options* options, const std::string& name) { return options->At(name).help; })
+      .def("constraint",
+           [](Options* options, const std::string& name) { return options->At(name).Constraint(); })
+      .def("check", [](const Options& options) { options.options.Check(); });
+}
+
+void DefineEnergy(py::module_* module) {
+  py::class_<LevelEnergy>(*module, "Energy")
+      .def(py::init([](const Scene& scene, const Vertices& vertices, const Faces& faces,
+                       const std::vector<std::pair<int, int>>& pairs, Options* options, int level) {
+             const TriangleMesh mesh = MeshOf(vertices, faces);
+             const py::gil_scoped_release release;
+             return std::make_unique<LevelEnergy>(scene, mesh, PairsOf(pairs), options->options,
+                                                  level);
+           }),
+           py::arg("scene"), py::arg("vertices"), py::arg("faces"), py::arg("pairs"),
+           py::arg("options"), py::arg("level"))
+      .def_property_readonly("unknowns", &LevelEnergy::unknowns)
+      .def_property_readonly("footprint", &LevelEnergy::footprint)
+      .def_property_readonly(
+          "vertex_of_unknown",
+          [](const LevelEnergy& energy) { return Array(energy.vertex_of_unknown()); })
+      .def_property_readonly("normals",
+                             [](const LevelEnergy& energy) { return Array(energy.normals()); })
+      .def("evaluate",
+           [](LevelEnergy* energy, const Eigen::VectorXd& x) {
+             Eigen::VectorXd gradient;
+             double value = 0;
+             {
+               const py::gil_scoped_release release;
+               value = energy->Evaluate(x, &gradient);
+             }
+             return py::make_tuple(value, gradient);
+           })
+      .def("linearize", &Linearize)
+      .def("terms", [](LevelEnergy* energy,
+                       const Eigen::VectorXd& x) { return ParseJson(energy->Terms(x).dump()); })
+      .def("vertices_at", [](const LevelEnergy& energy,
+                             const Eigen::VectorXd& x) { return Array(energy.VerticesAt(x)); })
+      .def("kept_taps",
+           [](LevelEnergy* energy, int view) { return ImageArray<int>(energy->KeptTaps(view)); })
+      .def("solve", [](LevelEnergy* energy, const std::string& strategy) {
+        LevelEnergy::Solution solution;
+        {
+          const py::gil_scoped_release release;
+          solution = energy->Solve(strategy);
+        }
+        py::dict out;
+        out["x"] = solution.x;
+        out["energy"] = solution.energy;
+        out["iterations"] = solution.iterations;
+        out["evaluations"] = solution.evaluations;
+        out["termination"] = solution.termination;
+        return out;
+      });
+}
+
+}  // namespace
+}  // namespace burin
+
+PYBIND11_MODULE(_burin, module) {
+  using namespace burin;  // NOLINT(google-build-using-namespace)
+  py::register_exception<InputError>(module, "InputError", PyExc_ValueError);
+  py::register_exception<MemoryLimitError>(module, "MemoryLimitError", PyExc_MemoryError);
+  DefineOptions(&module);
+  DefineScene(&module);
+  DefineEnergy(&module);
+  module.def("read_mesh", [](const std::filesystem::path& path) {
+    const TriangleMesh mesh = ReadMesh(path);
+    return py::make_tuple(Array(mesh.vertices), Array(mesh.faces));
+  });
+  module.def("write_mesh", [](const std::filesystem::path& path, const Vertices& vertices,
+                              const Faces& faces) { WriteMesh(path, MeshOf(vertices, faces)); });
+  module.def("refine", &RefineMesh, py::arg("scene"), py::arg("vertices"), py::arg("faces"),
+             py::arg("options"), py::arg("callback"));
+  module.def("select_pairs", &Select, py::arg("scene"), py::arg("vertices"), py::arg("faces"),
+             py::arg("options"));
+  module.def("strategies", [] {
+    std::vector<std::string> names;
+    for (const Strategy& strategy : Strategies()) names.push_back(strategy.name);
+    return names;
+  });
+}

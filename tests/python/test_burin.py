@@ -1,0 +1,280 @@
+"""The Python package against the program and against itself."""
+
+import copy
+import json
+import os
+import pathlib
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy
+import pytest
+import scipy.sparse
+import scipy.sparse.linalg
+
+import burin
+
+EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "python" / "examples"
+PROGRAM = os.environ["BURIN_PROGRAM"]
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory):
+    path = tmp_path_factory.mktemp("scene")
+    subprocess.run(
+        [PROGRAM, "synth", "--output", path, "--synth.width", "160", "--synth.height", "120",
+         "--synth.views", "4", "--synth.truth_point_count", "1000"],
+        check=True, capture_output=True)
+    return path
+
+
+@pytest.fixture(scope="session")
+def scene(folder):
+    return burin.load_scene(folder)
+
+
+@pytest.fixture(scope="session")
+def mesh(folder):
+    return burin.read_mesh(folder / "init.ply")
+
+
+SMALL = {"level.min_side_px": 30, "solver.max_iterations": 4}
+
+
+def test_options_are_those_of_the_command_line():
+    options = burin.Options()
+    printed = subprocess.run([PROGRAM, "refine", "--print-config"], check=True, capture_output=True,
+                             text=True).stdout
+    values = {}
+    group = ""
+    for line in printed.splitlines():
+        if line.startswith("["):
+            group = line.strip("[]")
+        elif "=" in line and not line.startswith("#"):
+            name, value = line.split("=", 1)
+            values[f"{group}.{name.strip()}"] = json.loads(value.split(" #")[0])
+    assert values == options.to_dict()
+    assert "Rounds of freezing" in options.help("level.rounds")
+
+
+def test_options_check_names_types_and_ranges():
+    options = burin.Options({"level.rounds": 3})
+    assert options.level.rounds == 3
+    options.smooth.weight = 1
+    assert options["smooth.weight"] == 1.0
+    assert burin.Options(options.to_dict()) == options != burin.Options()
+    assert copy.deepcopy(options) == options == pickle.loads(pickle.dumps(options))
+    assert repr(options) == "Options({'smooth.weight': 1.0, 'level.rounds': 3})"
+    with pytest.raises(burin.InputError, match=r"level.rounds = 0: must be"):
+        options.level.rounds = 0
+    with pytest.raises(TypeError, match="level.rounds: must be a whole number"):
+        options.level.rounds = "3"
+    with pytest.raises(burin.InputError, match="one of"):
+        options.mask.mode = "nothing"
+    with pytest.raises(TypeError):
+        options.guard.levels = 1
+    with pytest.raises(AttributeError, match="level.turns"):
+        options.level.turns = 3
+    with pytest.raises(AttributeError, match="turns"):
+        options.turns = 3
+    with pytest.raises(KeyError):
+        options["level.turns"]
+    assert options.level.rounds == 3
+    assert "rounds" in dir(options.level)
+
+
+def test_refine_is_the_program(folder, scene, mesh, tmp_path):
+    subprocess.run([PROGRAM, "refine", folder, "--mesh", folder / "init.ply", "--output", tmp_path,
+                    "--level.min_side_px", "30", "--solver.max_iterations", "4"],
+                   check=True, capture_output=True)
+    events = []
+    result = burin.refine(scene, *mesh, burin.Options(SMALL), callback=events.append)
+    vertices, faces = burin.read_mesh(tmp_path / "refined.ply")
+    assert numpy.array_equal(result.faces, faces)
+    assert numpy.array_equal(result.vertices.astype(numpy.float32), vertices.astype(numpy.float32))
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert result.summary["pairs"] == summary["pairs"]
+    assert result.summary["options"] == summary["options"]
+    assert result.summary["iterations"] == summary["iterations"] > 0
+    assert len(events) >= summary["iterations"]
+    assert events[-1]["done"] <= 1
+    assert set(result.quality) == {"pairs", "zncc", "displacement_px", "sd_px"}
+    assert len(result.quality["zncc"]) == len(vertices)
+    burin.write_mesh(tmp_path / "again.ply", result.vertices, result.faces)
+    assert numpy.array_equal(burin.read_mesh(tmp_path / "again.ply")[1], faces)
+
+
+def test_a_scene_from_arrays_is_the_scene(scene, mesh):
+    views = range(len(scene))
+    same = burin.Scene(scene.names, [scene.image(v) for v in views],
+                       [scene.intrinsics(v) for v in views], [scene.rotation(v) for v in views],
+                       [scene.translation(v) for v in views])
+    assert burin.select_pairs(same, *mesh).pairs == burin.select_pairs(scene, *mesh).pairs
+    with pytest.raises(burin.InputError, match="same centre"):
+        burin.Scene(["a", "b"], [scene.image(0)] * 2, [scene.intrinsics(0)] * 2,
+                    [scene.rotation(0)] * 2, [scene.translation(0)] * 2)
+
+
+def test_the_callback_stops_a_run_and_its_exceptions_come_through(scene, mesh):
+    events = []
+
+    def stop(event):
+        events.append(event)
+        return len(events) < 3
+
+    burin.refine(scene, *mesh, burin.Options(SMALL), callback=stop)
+    assert len(events) == 3
+
+    def fail(event):
+        raise RuntimeError("mine")
+
+    with pytest.raises(RuntimeError, match="mine"):
+        burin.refine(scene, *mesh, burin.Options(SMALL), callback=fail)
+
+
+def test_other_threads_run_meanwhile(scene, mesh):
+    ticks = []
+    done = threading.Event()
+
+    def tick():
+        while not done.is_set():
+            ticks.append(time.monotonic())
+            time.sleep(0.002)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    begin = time.monotonic()
+    burin.refine(scene, *mesh, burin.Options(SMALL))
+    end = time.monotonic()
+    done.set()
+    thread.join()
+    assert sum(begin < t < end for t in ticks) > 5
+
+
+def test_control_c_ends_a_run(folder):
+    script = ("import burin, sys\n"
+              "scene = burin.load_scene(sys.argv[1])\n"
+              "options = burin.Options({'level.rounds': 1000, 'solver.function_tolerance': 0.0})\n"
+              "try:\n"
+              "    burin.refine(scene, *burin.read_mesh(sys.argv[1] + '/init.ply'), options,\n"
+              "                 callback=lambda event: print(event['iteration'], flush=True))\n"
+              "except KeyboardInterrupt:\n"
+              "    print('interrupted')\n")
+    child = subprocess.Popen([sys.executable, "-c", script, str(folder)], stdout=subprocess.PIPE,
+                             text=True)
+    child.stdout.readline()
+    child.send_signal(signal.SIGINT)
+    out, _ = child.communicate(timeout=60)
+    assert out.endswith("interrupted\n")
+
+
+def test_wrong_arrays_are_refused(scene, mesh):
+    vertices, faces = mesh
+    for wrong_vertices, wrong_faces, message in (
+            (vertices[:, :2], faces, r"shape \(V, 3\)"),
+            (vertices, faces.ravel(), r"shape \(F, 3\)"),
+            (vertices, faces + len(vertices), "names vertex"),
+            (vertices * numpy.nan, faces, "finite"),
+            (vertices + 1e6, faces, "seen|views")):
+        with pytest.raises(burin.InputError, match=message):
+            burin.refine(scene, wrong_vertices, wrong_faces)
+    with pytest.raises(burin.InputError, match="no view 9"):
+        burin.Energy(scene, vertices, faces, pairs=[(0, 9)])
+    with pytest.raises(burin.InputError, match="no such file"):
+        burin.load_scene("/nowhere")
+
+
+@pytest.mark.parametrize("motion", ["normal", "free"])
+def test_the_gradient_is_that_of_the_energy(scene, mesh, motion):
+    options = burin.Options({"motion.type": motion, "photo.double_precision": True})
+    energy = burin.Energy(scene, *mesh, options=options, level=1)
+    assert energy.unknowns == len(energy.vertex_of_unknown)
+    random = numpy.random.default_rng(1)
+    x = 0.1 * random.standard_normal(energy.unknowns)
+    value, gradient = energy(x)
+    assert value == pytest.approx(energy.terms(x)["total"])
+    for _ in range(5):
+        direction = random.standard_normal(energy.unknowns)
+        step = 1e-5
+        slope = (energy(x + step * direction)[0] - energy(x - step * direction)[0]) / (2 * step)
+        assert slope == pytest.approx(gradient @ direction, rel=2e-3)
+    with pytest.raises(burin.InputError, match="entries"):
+        energy(x[1:])
+
+
+def test_the_gauss_newton_matrix_is_symmetric_and_not_negative(scene, mesh):
+    energy = burin.Energy(scene, *mesh, level=1)
+    value, gradient, parts = energy.gauss_newton(energy.zero())
+    assert value == pytest.approx(energy(energy.zero())[0])
+    assert numpy.allclose(gradient, energy(energy.zero())[1])
+    matrix = scipy.sparse.csr_matrix(parts, shape=(energy.unknowns, energy.unknowns))
+    assert abs(matrix - matrix.T).max() < 1e-9 * abs(matrix).max()
+    x = numpy.random.default_rng(2).standard_normal(energy.unknowns)
+    assert x @ (matrix @ x) > 0
+
+
+def test_vertices_and_masks(scene, mesh):
+    energy = burin.Energy(scene, *mesh, level=1)
+    assert numpy.allclose(energy.vertices_at(energy.zero()), mesh[0])
+    x = energy.zero()
+    x[7] = 2
+    moved = energy.vertices_at(x) - mesh[0]
+    vertex = energy.vertex_of_unknown[7]
+    assert numpy.allclose(moved[vertex], 2 * energy.footprint * energy.normals[vertex])
+    assert numpy.count_nonzero(numpy.abs(moved).max(axis=1) > 1e-12) == 1
+    taps = energy.kept_taps(0)
+    assert taps.shape == (60, 80)
+    assert taps.max() == 25 and taps.min() >= 0
+
+
+def test_a_second_order_step_of_ones_own_lowers_the_energy(scene, mesh):
+    energy = burin.Energy(scene, *mesh, level=1)
+    value, gradient, parts = energy.gauss_newton(energy.zero())
+    matrix = scipy.sparse.csr_matrix(parts, shape=(energy.unknowns, energy.unknowns))
+    damped = matrix + 1e-2 * scipy.sparse.diags(matrix.diagonal())
+    step = scipy.sparse.linalg.spsolve(damped.tocsc(), -gradient)
+    assert energy(step)[0] < 0.95 * value
+
+
+def test_the_example_reproduces_burins_lbfgs(folder, capsys):
+    sys.path.insert(0, str(EXAMPLES))
+    import own_optimiser
+
+    start, results = own_optimiser.main(folder, folder / "init.ply", level=1)
+    own = results["burin lbfgs"]
+    theirs = results["scipy L-BFGS-B"]
+    assert own[1] < 0.8 * start
+    assert theirs[1] == pytest.approx(own[1], rel=0.01)
+    assert "px RMS from burin lbfgs" in capsys.readouterr().out
+
+
+def test_the_notebook_runs(folder):
+    out = subprocess.run(
+        [sys.executable, EXAMPLES / "ablation.py", folder, folder / "init.ply", folder / "truth.ply"],
+        check=True, capture_output=True, text=True).stdout
+    lines = {line[:20].strip(): float(line[20:].split()[0]) for line in out.splitlines()}
+    assert lines["defaults"] < lines["before"]
+    assert len(lines) == 6
+
+
+def test_the_stub_names_what_the_module_has():
+    import ast
+
+    from burin import _burin
+
+    tree = ast.parse((EXAMPLES.parent / "burin" / "_burin.pyi").read_text())
+    named = {}
+    for node in tree.body:
+        if isinstance(node, ast.ClassDef):
+            members = {f.name for f in node.body if isinstance(f, ast.FunctionDef)}
+            named[node.name] = {m for m in members if not m.startswith("_")}
+        elif isinstance(node, ast.FunctionDef):
+            named[node.name] = None
+    assert set(named) == {name for name in dir(_burin) if not name.startswith("_")}
+    for name in ("Options", "Scene", "Energy"):
+        there = {m for m in dir(getattr(_burin, name)) if not m.startswith("_")}
+        assert named[name] == there
