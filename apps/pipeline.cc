@@ -84,7 +84,8 @@ std::vector<VertexScalar> QualityScalars(const RefinementEnd& reached,
 
 PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
                            const PipelineOptions& options, const RefinementHooks& hooks,
-                           const PairSelection* selection, const RefinementState* start) {
+                           const PairSelection* selection, const RefinementState* start,
+                           const std::vector<EnergyTerm*>& more_terms) {
   const PipelineOptions checked = options;  // a hook may change the caller's
   checked.Check();
   SetThreadCount(checked.threads);
@@ -105,8 +106,10 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
       result.quality = QualityScalars(end, MeasureVertexQuality(*end.mesh, &photometric));
     };
   }
-  result.mesh = Refine(scene, mesh, result.selection.pairs, checked.refinement,
-                       {&photometric, &smoothness}, all_hooks, &result.refinement, start);
+  std::vector<EnergyTerm*> terms = {&photometric, &smoothness};
+  terms.insert(terms.end(), more_terms.begin(), more_terms.end());
+  result.mesh = Refine(scene, mesh, result.selection.pairs, checked.refinement, terms, all_hooks,
+                       &result.refinement, start);
   return result;
 }
 

@@ -43,10 +43,12 @@ struct PipelineResult {
 };
 
 // Throws InputError for anything wrong with scene, mesh or options. `selection` may hold what
-// SelectPairs made of the same scene, mesh and options. `start`: see Refine().
+// SelectPairs made of the same scene, mesh and options, or pairs chosen otherwise. `start`: see Refine().
+// `more_terms` are added to the energy.
 PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
                            const PipelineOptions& options, const RefinementHooks& hooks = {},
                            const PairSelection* selection = nullptr,
-                           const RefinementState* start = nullptr);
+                           const RefinementState* start = nullptr,
+                           const std::vector<EnergyTerm*>& more_terms = {});
 
 }  // namespace burin

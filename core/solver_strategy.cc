@@ -1,5 +1,7 @@
 #include "core/solver_strategy.h"
 
+#include <glog/logging.h>
+
 #include "core/strategies.h"
 
 namespace burin {
@@ -32,14 +34,26 @@ void SolverOptions::Describe(OptionSet* set) {
            "Share of the way to the neighbours' mean a step (gradient_descent)", 0, 1);
 }
 
-const std::vector<Strategy>& Strategies() {
-  static const auto* table = new std::vector<Strategy>{
+namespace {
+
+std::vector<Strategy>& Table() {
+  static auto* table = new std::vector<Strategy>{
 #define BURIN_STRATEGY(name, function, max_unknowns, description) \
   {name, description, max_unknowns, function},
 #include "core/strategies.inc"
 #undef BURIN_STRATEGY
   };
   return *table;
+}
+
+}  // namespace
+
+const std::vector<Strategy>& Strategies() { return Table(); }
+
+void AddStrategy(const Strategy& strategy) {
+  CHECK(strategy.solve != nullptr);
+  CHECK(FindStrategy(strategy.name, 0, SolverOptions()) == nullptr) << strategy.name << ": exists";
+  Table().push_back(strategy);
 }
 
 const Strategy* FindStrategy(const std::string& name, int unknowns, const SolverOptions& options) {

@@ -88,6 +88,10 @@ struct Strategy {
 
 const std::vector<Strategy>& Strategies();
 
+// For programs that bring a strategy of their own: from then on it is a choice of solver.type. Before any
+// options are described, on one thread. CHECKs that there is none of its name.
+void AddStrategy(const Strategy& strategy);
+
 // The strategy called `name`, null when there is none; "auto" gives lm_cholesky up to
 // options.cholesky_max_unknowns unknowns, else lm_pcg.
 const Strategy* FindStrategy(const std::string& name, int unknowns, const SolverOptions& options);
