@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/file_bytes.h"
+#include "core/json_file.h"
 
 namespace burin {
 namespace {
@@ -31,14 +32,7 @@ bool VoxelMask::Contains(const Eigen::Vector3d& point) const {
 }
 
 VoxelMask ReadVoxelMask(const std::filesystem::path& path) {
-  nlohmann::json json;
-  try {
-    json = nlohmann::json::parse(ReadFileBytes(path));
-  } catch (const nlohmann::json::parse_error& error) {
-    throw InputError(path, "byte " + std::to_string(error.byte) + ": not valid JSON");
-  } catch (const nlohmann::json::out_of_range&) {
-    throw InputError(path, "has a number too large for a double");
-  }
+  nlohmann::json json = ReadJsonFile(path);
   if (!json.is_object()) {
     throw InputError(path, "must be {\"origin\", \"cell_size\", \"dimensions\", \"voxels\"}");
   }

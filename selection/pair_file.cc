@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/error.h"
-#include "core/file_bytes.h"
+#include "core/json_file.h"
 
 namespace burin {
 namespace {
@@ -52,13 +52,7 @@ double OverlapShare(const PairSurvey& survey, int i, int j) {
 }  // namespace
 
 std::vector<CameraPair> ReadPairFile(const std::filesystem::path& path, const Scene& scene) {
-  const std::string text = ReadFileBytes(path);
-  nlohmann::json json;
-  try {
-    json = nlohmann::json::parse(text);
-  } catch (const nlohmann::json::parse_error& error) {
-    throw InputError(path, "byte " + std::to_string(error.byte) + ": not valid JSON");
-  }
+  const nlohmann::json json = ReadJsonFile(path);
   if (!json.is_object() || !json.contains("pairs") || !json["pairs"].is_array()) {
     throw InputError(path, "pairs: must be a list of {\"reference\": view, \"second\": view}");
   }

@@ -266,6 +266,8 @@ TEST_F(PairFile, FaultsNameFileElementAndReason) {
   EXPECT_NE(Error(), "");  // missing
   Write("{\"pairs\": [");
   EXPECT_EQ(Error(), ": byte 12: not valid JSON");
+  Write("{\"pairs\": 1e999}");
+  EXPECT_EQ(Error(), ": has a number too large for a double");
   Write("[]");
   EXPECT_EQ(Error(), R"(: pairs: must be a list of {"reference": view, "second": view})");
   Write(R"({"format": "other", "pairs": []})");

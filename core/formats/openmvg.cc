@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/file_bytes.h"
 #include "core/formats/camera_checks.h"
+#include "core/json_file.h"
 
 namespace burin {
 namespace {
@@ -122,12 +122,7 @@ PosedScene FromJson(const json& root, const fs::path& path, const fs::path& imag
 bool IsOpenMvg(const fs::path& path) { return path.extension() == ".json"; }
 
 PosedScene ReadOpenMvg(const fs::path& path, const fs::path& images) {
-  json root;
-  try {
-    root = json::parse(ReadFileBytes(path));
-  } catch (const json::exception& error) {
-    throw InputError(path, error.what());  // has line and column
-  }
+  const json root = ReadJsonFile(path);
   if (!root.is_object() || !root.contains("sfm_data_version")) {
     throw InputError(path, "sfm_data_version: is missing, this is no openMVG scene");
   }

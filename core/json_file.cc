@@ -1,0 +1,20 @@
+#include "core/json_file.h"
+
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "core/file_bytes.h"
+
+namespace burin {
+
+nlohmann::json ReadJsonFile(const std::filesystem::path& path) {
+  try {
+    return nlohmann::json::parse(ReadFileBytes(path));
+  } catch (const nlohmann::json::parse_error& error) {
+    throw InputError(path, "byte " + std::to_string(error.byte) + ": not valid JSON");
+  } catch (const nlohmann::json::out_of_range&) {
+    throw InputError(path, "has a number too large for a double");
+  }
+}
+
+}  // namespace burin
