@@ -4,7 +4,6 @@
 #include <iostream>
 #include <memory>
 #include <string>
-#include <system_error>
 
 #include "apps/commands.h"
 #include "apps/scene_arguments.h"
@@ -27,13 +26,6 @@ struct ConvertCommand {
   void Run() const;
 };
 
-void RefuseToOverwrite(const fs::path& from, const fs::path& to) {
-  std::error_code error;
-  if (fs::exists(to, error) && fs::equivalent(from, to, error)) {
-    throw InputError(to, "is the scene itself: name another one to write");
-  }
-}
-
 void ConvertCommand::Run() const {
   const fs::path target = output;
   const bool to_openmvs = target.extension() == ".mvs";
@@ -41,16 +33,21 @@ void ConvertCommand::Run() const {
     throw InputError(target, "is neither a folder (COLMAP) nor NAME.mvs (OpenMVS)");
   }
   if (to_openmvs && text_model) throw InputError("--text: is for COLMAP models only");
-  RefuseToOverwrite(source.scene, target);
+  if (IsSameFile(target, source.scene)) {
+    throw InputError(target, "is the scene itself: name another one to write");
+  }
   const fs::path folder = to_openmvs ? target.parent_path() : target;
-  RefuseToOverwrite(fs::path(source.scene).parent_path(), folder / "images");
   TriangleMesh surface;
   if (!mesh.empty()) surface = ReadMesh(mesh);
   const PosedScene posed = ReadScene(source.Source());
   // With the photographs: they are looked at before anything is written, and colour the points.
   const Scene scene = MakeScene(posed, /*with_images=*/true, source.masks);
   for (const PosedImage& image : posed.images) {
-    RefuseToOverwrite(image.image_path, folder / "images" / image.name);
+    const fs::path photograph = folder / "images" / image.name;
+    if (!image.lens.IsNone() && IsSameFile(photograph, image.image_path)) {
+      throw InputError(photograph,
+                       "would be replaced by its undistorted version: name another output");
+    }
   }
   WritePhotographs(posed, folder / "images");
   std::string written = target.string();

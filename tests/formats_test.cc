@@ -456,6 +456,16 @@ TEST_F(Convert, ThereAndBackIsTheSameScene) {
     // The photographs' own bytes.
     EXPECT_EQ(ReadFileBytes(last.views[v].image_path), ReadFileBytes(first.views[v].image_path));
   }
+  // Photographs that are in place stay there, unless they would have to be undistorted.
+  ASSERT_EQ(Run({"convert", In("d/scene.mvs"), In("d/again.mvs")}).exit_code, 0);
+  EXPECT_EQ(ReadFileBytes(In("d/again.mvs")), ReadFileBytes(In("d/scene.mvs")));
+  const std::string photograph = first.views[0].name;
+  const std::string before = ReadFileBytes(In("d/images/" + photograph));
+  Write("d/images/lens.nvm", "NVM_V3\n2\n" + photograph + " 5 1 0 0 0 0 0 0 0.1 0\n" +
+                                 first.views[1].name + " 5 1 0 0 0 1 0 0 0.1 0\n0\n");
+  ExpectRefused({"convert", In("d/images/lens.nvm"), In("d/third.mvs")},
+                {photograph, "would be replaced by its undistorted version"});
+  EXPECT_EQ(ReadFileBytes(In("d/images/" + photograph)), before);
   ExpectRefused({"convert", In("a"), In("a")}, {"is the scene itself"});
   ExpectRefused({"convert", In("a"), In("x.nvm")}, {"x.nvm", "neither a folder"});
   ExpectRefused({"convert", In("nothing"), In("x")}, {"nothing: no such file or folder"});

@@ -242,8 +242,7 @@ PosedScene ReadOpenMvs(const fs::path& path, const fs::path& images) {
       // Where the file says; else beside the file, as a copied scene has it.
       paths.push_back(fs::exists(beside / name, error)
                           ? beside / name
-                          : FindPhotograph(name.filename().string(),
-                                           {beside, beside / "images", name.parent_path()}));
+                          : FindPhotograph(name.filename().string(), {beside, beside / "images"}));
     } else {
       paths.push_back(
           FindPhotograph(name.filename().string(), {images, images / name.parent_path()}));

@@ -156,6 +156,11 @@ Scene MakeScene(const PosedScene& posed, bool with_images, const fs::path& masks
   return scene;
 }
 
+bool IsSameFile(const fs::path& a, const fs::path& b) {
+  std::error_code error;
+  return fs::exists(a, error) && fs::equivalent(a, b, error);
+}
+
 void WritePhotographs(const PosedScene& posed, const fs::path& folder) {
   for (const PosedImage& image : posed.images) {
     const fs::path target = folder / image.name;
@@ -168,7 +173,9 @@ void WritePhotographs(const PosedScene& posed, const fs::path& folder) {
     const fs::path target = folder / image.name;
     if (image.lens.IsNone()) {
       ReadSized(image.image_path, image);  // so that nothing broken is passed on
-      WriteTextAtomically(target, ReadFileBytes(image.image_path));
+      if (!IsSameFile(target, image.image_path)) {
+        WriteTextAtomically(target, ReadFileBytes(image.image_path));
+      }
     } else {
       WriteUndistorted(image, target);
     }
@@ -183,8 +190,8 @@ std::vector<cv::Size> PhotographSizes(const std::vector<fs::path>& paths) {
 
 fs::path FindPhotograph(const std::string& name, const std::vector<fs::path>& folders) {
   std::string looked_in;
-  for (const fs::path& folder : folders) {
-    if (folder.empty()) continue;
+  for (const fs::path& named : folders) {
+    const fs::path folder = named.empty() ? "." : named;
     std::error_code error;
     if (fs::is_regular_file(folder / name, error)) return folder / name;
     looked_in += (looked_in.empty() ? "" : ", ") + folder.string();

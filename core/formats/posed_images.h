@@ -34,14 +34,18 @@ struct PosedScene {
 // cameras (core/formats/camera_checks.h), photographs or masks, and for a `masks` folder without any.
 Scene MakeScene(const PosedScene& posed, bool with_images, const std::filesystem::path& masks = {});
 
-// Copies the photographs to folder/NAME; those with a lens are undistorted, in colour, and need a name
-// that ends in .png, .jpg or .jpeg.
+// Copies the photographs to folder/NAME, but for those that are there already; those with a lens are
+// undistorted, in colour, and need a name that ends in .png, .jpg or .jpeg.
 void WritePhotographs(const PosedScene& posed, const std::filesystem::path& folder);
+
+// Whether both name one file or folder that exists.
+bool IsSameFile(const std::filesystem::path& a, const std::filesystem::path& b);
 
 // Width and height of photographs whose format does not say; files are read on all threads.
 std::vector<cv::Size> PhotographSizes(const std::vector<std::filesystem::path>& paths);
 
-// folder/name for the first of `folders` that has it; else throws InputError, naming them.
+// folder/name for the first of `folders` that has it ("" is the working folder, as the parent of a
+// bare file name is); else throws InputError, naming them.
 std::filesystem::path FindPhotograph(const std::string& name,
                                      const std::vector<std::filesystem::path>& folders);
 

@@ -71,12 +71,3 @@ def test_the_conversions_of_the_formats_page(folder):
     subprocess.run([PROGRAM, "refine", "OUT.mvs", "--output", "refined", "--level.min_side_px", "30",
                     "--solver.max_iterations", "1"], check=True, capture_output=True, cwd=folder)
     assert (folder / "refined" / "refined.ply").exists()
-
-
-def test_the_formats_page_has_every_format():
-    source = (DOCS.parent / "core/formats/scene_loader.cc").read_text()
-    names = re.findall(r'^    \{"(\w+)",', source, re.MULTILINE)
-    table = (DOCS / "formats.md").read_text()
-    assert len(names) == 9
-    for name in names:
-        assert f"| {name} |" in table
