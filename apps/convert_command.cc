@@ -4,6 +4,7 @@
 #include <iostream>
 #include <memory>
 #include <string>
+#include <system_error>
 
 #include "apps/commands.h"
 #include "apps/scene_arguments.h"
@@ -11,6 +12,7 @@
 #include "core/formats/colmap.h"
 #include "core/formats/openmvs.h"
 #include "core/formats/scene_loader.h"
+#include "core/gray_image.h"
 #include "core/mesh_io.h"
 
 namespace burin {
@@ -23,11 +25,52 @@ struct ConvertCommand {
   std::string output;
   std::string mesh;
   bool text_model = false;
+  bool overwrite = false;
   void Run() const;
 };
 
+void RefuseExisting(const fs::path& file) {
+  std::error_code error;
+  if (fs::exists(fs::symlink_status(file, error))) ThrowExists(file);
+}
+
+void RefuseColmapModel(const fs::path& workspace) {
+  for (const char* name : {"cameras", "images", "points3D"}) {
+    for (const char* extension : {".bin", ".txt"}) {
+      for (const char* folder : {"sparse", "sparse/0"}) {
+        RefuseExisting(workspace / folder / (std::string(name) + extension));
+      }
+    }
+  }
+}
+
+fs::path MaskPath(const fs::path& folder, const View& view) {
+  return folder / "masks" / (view.name + ".png");
+}
+
+// Whether the view's mask is there already.
+bool HasMask(const fs::path& folder, const View& view) {
+  std::error_code error;
+  if (!fs::exists(MaskPath(folder, view), error)) return false;
+  const cv::Mat there = ReadGrayImage(MaskPath(folder, view)) != 0;
+  return there.size() == view.mask.size() && cv::norm(there, view.mask != 0, cv::NORM_INF) == 0;
+}
+
+void WriteMask(const fs::path& folder, const View& view) {
+  if (view.mask.empty() || HasMask(folder, view)) return;
+  const fs::path target = MaskPath(folder, view);
+  std::error_code error;
+  fs::create_directories(target.parent_path(), error);
+  if (error) throw InputError(target.parent_path(), "folder cannot be made: " + error.message());
+  WriteGrayImage(view.mask, target);
+}
+
 void ConvertCommand::Run() const {
   const fs::path target = output;
+  if (target.filename().empty() && !target.has_parent_path()) {
+    throw InputError("output: is empty");
+  }
+  if (target.filename() == ".mvs") throw InputError(target, "has no name before .mvs");
   const bool to_openmvs = target.extension() == ".mvs";
   if (!to_openmvs && target.has_extension() && !fs::is_directory(target)) {
     throw InputError(target, "is neither a folder (COLMAP) nor NAME.mvs (OpenMVS)");
@@ -42,14 +85,20 @@ void ConvertCommand::Run() const {
   const PosedScene posed = ReadScene(source.Source());
   // With the photographs: they are looked at before anything is written, and colour the points.
   const Scene scene = MakeScene(posed, /*with_images=*/true, source.masks);
-  for (const PosedImage& image : posed.images) {
-    const fs::path photograph = folder / "images" / image.name;
-    if (!image.lens.IsNone() && IsSameFile(photograph, image.image_path)) {
-      throw InputError(photograph,
-                       "would be replaced by its undistorted version: name another output");
+  const fs::path beside =
+      to_openmvs ? folder / (target.stem().string() + "_mesh.ply") : folder / "mesh.ply";
+  // Whatever can be wrong is found before anything is written.
+  CheckPhotographTargets(posed, folder / "images", overwrite);
+  if (!overwrite) {
+    if (to_openmvs) RefuseExisting(target);
+    if (!to_openmvs) RefuseColmapModel(target);
+    if (!mesh.empty()) RefuseExisting(beside);
+    for (const View& view : scene.views) {
+      if (!view.mask.empty() && !HasMask(folder, view)) RefuseExisting(MaskPath(folder, view));
     }
   }
   WritePhotographs(posed, folder / "images");
+  for (const View& view : scene.views) WriteMask(folder, view);
   std::string written = target.string();
   if (to_openmvs) {
     WriteOpenMvs(scene, target);
@@ -57,8 +106,6 @@ void ConvertCommand::Run() const {
     WriteColmapModel(scene, target, !text_model);
   }
   if (!mesh.empty()) {
-    const fs::path beside =
-        to_openmvs ? folder / (target.stem().string() + "_mesh.ply") : folder / "mesh.ply";
     WriteMesh(beside, surface);
     written += " and " + beside.string();
   }
@@ -72,16 +119,17 @@ void AddConvertCommand(CLI::App* program) {
   CLI::App* app = program->add_subcommand(
       "convert", "write a scene as a COLMAP workspace or for OpenMVS, photographs undistorted");
   const auto command = std::make_shared<ConvertCommand>();
-  command->source.AddTo(app, /*photographs=*/false)[0]->required();
+  command->source.AddTo(app, /*photographs=*/true)[0]->required();
   app->add_option(
          "output", command->output,
          "folder, for a COLMAP workspace, or NAME.mvs, for OpenMVS; photographs go to images/ "
-         "in the folder")
+         "in the folder, masks to masks/")
       ->option_text("OUTPUT (required)")
       ->required();
   app->add_option("--mesh", command->mesh,
                   "also write this mesh: mesh.ply in the folder, or NAME_mesh.ply")
       ->option_text("FILE");
+  app->add_flag("--overwrite", command->overwrite, "replace files that exist");
   app->add_flag("--text", command->text_model, "write the COLMAP model as text, not binary");
   app->callback([command] { command->Run(); });
 }

@@ -1,6 +1,9 @@
 #include "apps/level_energy.h"
 
+#include <algorithm>
 #include <cmath>
+#include <mutex>
+#include <set>
 #include <utility>
 
 #include "core/error.h"
@@ -12,19 +15,49 @@
 
 namespace burin {
 
+namespace {
+
+void CheckLevel(const Scene& scene, int level, int window) {
+  constexpr int kCoarsest = 11;  // as level.finest
+  if (level < 0 || level > kCoarsest) {
+    throw InputError("level = " + std::to_string(level) + ": must be in [0, " +
+                     std::to_string(kCoarsest) + "]");
+  }
+  for (const View& view : scene.views) {
+    if ((std::min(view.camera.width, view.camera.height) >> level) < window) {
+      throw InputError("level = " + std::to_string(level) + ": photograph " + view.name +
+                       " is smaller than the window there");
+    }
+  }
+}
+
+void CheckPairs(const Scene& scene, const std::vector<CameraPair>& pairs) {
+  std::set<std::pair<int, int>> present;
+  for (const CameraPair& pair : pairs) {
+    for (const int view : {pair.reference, pair.second}) {
+      if (view < 0 || view >= static_cast<int>(scene.views.size())) {
+        throw InputError("pairs: there is no view " + std::to_string(view));
+      }
+    }
+    const std::string name =
+        "(" + std::to_string(pair.reference) + ", " + std::to_string(pair.second) + ")";
+    if (pair.reference == pair.second) throw InputError("pairs: " + name + " is one view twice");
+    if (!present.emplace(pair.reference, pair.second).second) {
+      throw InputError("pairs: " + name + " appears twice");
+    }
+  }
+}
+
+}  // namespace
+
 struct LevelEnergy::Impl {
   Impl(const Scene& scene, const TriangleMesh& world, const std::vector<CameraPair>& pairs,
        const PipelineOptions& o, int level)
       : options(o), photometric(o.photo), smoothness(o.smooth) {
     options.Check();
     SetThreadCount(options.threads);
-    for (const CameraPair& pair : pairs) {
-      for (const int view : {pair.reference, pair.second}) {
-        if (view < 0 || view >= static_cast<int>(scene.views.size())) {
-          throw InputError("pairs: there is no view " + std::to_string(view));
-        }
-      }
-    }
+    CheckLevel(scene, level, options.photo.window);
+    CheckPairs(scene, pairs);
     footprint = MedianFootprint(scene, world);
     if (footprint <= 0) throw InputError("no vertex of the mesh projects into any of the views");
     origin = BoundingBox(world).center();
@@ -68,6 +101,7 @@ struct LevelEnergy::Impl {
     equations->SetPlus(start, x);
   }
 
+  std::mutex mutex;  // held while a call uses what is below
   PipelineOptions options;
   PhotometricEnergy photometric;
   SmoothnessEnergy smoothness;
@@ -97,6 +131,7 @@ const std::vector<int>& LevelEnergy::vertex_of_unknown() const { return impl_->v
 const std::vector<Eigen::Vector3d>& LevelEnergy::normals() const { return impl_->context.normals; }
 
 double LevelEnergy::Evaluate(const Eigen::VectorXd& x, Eigen::VectorXd* gradient) {
+  const std::lock_guard<std::mutex> lock(impl_->mutex);
   impl_->MoveTo(x);
   double energy = 0;
   gradient->resize(unknowns());
@@ -104,8 +139,9 @@ double LevelEnergy::Evaluate(const Eigen::VectorXd& x, Eigen::VectorXd* gradient
   return energy;
 }
 
-const SymmetricMatrix& LevelEnergy::Linearize(const Eigen::VectorXd& x, double* energy,
-                                              Eigen::VectorXd* gradient) {
+SymmetricMatrix LevelEnergy::Linearize(const Eigen::VectorXd& x, double* energy,
+                                       Eigen::VectorXd* gradient) {
+  const std::lock_guard<std::mutex> lock(impl_->mutex);
   impl_->MoveTo(x);
   gradient->resize(unknowns());
   if (!impl_->equations->Evaluate(energy, gradient)) *energy = std::nan("");
@@ -113,11 +149,13 @@ const SymmetricMatrix& LevelEnergy::Linearize(const Eigen::VectorXd& x, double* 
 }
 
 nlohmann::json LevelEnergy::Terms(const Eigen::VectorXd& x) {
+  const std::lock_guard<std::mutex> lock(impl_->mutex);
   impl_->MoveTo(x);
   return impl_->round->EnergyByTerm();
 }
 
 std::vector<Eigen::Vector3d> LevelEnergy::VerticesAt(const Eigen::VectorXd& x) const {
+  const std::lock_guard<std::mutex> lock(impl_->mutex);
   impl_->MoveTo(x);
   std::vector<Eigen::Vector3d> vertices = impl_->positions;
   for (Eigen::Vector3d& vertex : vertices) vertex = vertex * impl_->footprint + impl_->origin;
@@ -125,6 +163,7 @@ std::vector<Eigen::Vector3d> LevelEnergy::VerticesAt(const Eigen::VectorXd& x) c
 }
 
 LevelEnergy::Solution LevelEnergy::Solve(const std::string& strategy) {
+  const std::lock_guard<std::mutex> lock(impl_->mutex);
   const SolverOptions& solver = impl_->options.refinement.solver;
   const RoundTrial trial = impl_->round->Try(StrategyFor(strategy, unknowns(), solver), solver,
                                              impl_->mesh.vertices, {});
@@ -144,6 +183,7 @@ LevelEnergy::Solution LevelEnergy::Solve(const std::string& strategy) {
 }
 
 cv::Mat1i LevelEnergy::KeptTaps(int view) {
+  const std::lock_guard<std::mutex> lock(impl_->mutex);
   if (view < 0 || view >= static_cast<int>(impl_->views.size())) {
     throw InputError("there is no view " + std::to_string(view));
   }

@@ -21,10 +21,12 @@
 
 namespace burin {
 
+// Calls from several threads wait for each other.
 class LevelEnergy {
  public:
   // At pyramid level `level` (0 = full resolution) of the scene's photographs. Throws InputError for
-  // options that do not fit, for pairs that name no view and when the pairs see nothing of the mesh.
+  // options that do not fit, a level whose photographs are smaller than the window, pairs that name no
+  // view, a view twice or that repeat, and when the pairs see nothing of the mesh.
   LevelEnergy(const Scene& scene, const TriangleMesh& mesh, const std::vector<CameraPair>& pairs,
               const PipelineOptions& options, int level);
   ~LevelEnergy();
@@ -39,9 +41,8 @@ class LevelEnergy {
 
   // x has unknowns() entries. Not finite where a cost function fails.
   double Evaluate(const Eigen::VectorXd& x, Eigen::VectorXd* gradient);
-  // The same with the Gauss-Newton matrix, valid until the next call.
-  const SymmetricMatrix& Linearize(const Eigen::VectorXd& x, double* energy,
-                                   Eigen::VectorXd* gradient);
+  // The same with the Gauss-Newton matrix.
+  SymmetricMatrix Linearize(const Eigen::VectorXd& x, double* energy, Eigen::VectorXd* gradient);
   nlohmann::json Terms(const Eigen::VectorXd& x);  // energy by term, and "total"
   std::vector<Eigen::Vector3d> VerticesAt(const Eigen::VectorXd& x) const;  // in the scene's world
 

@@ -17,4 +17,16 @@ nlohmann::json ReadJsonFile(const std::filesystem::path& path) {
   }
 }
 
+namespace {
+
+template <typename Json>
+std::string Text(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace
+
+std::string JsonText(const nlohmann::json& json) { return Text(json); }
+std::string JsonText(const nlohmann::ordered_json& json) { return Text(json); }
+
 }  // namespace burin

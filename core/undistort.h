@@ -26,4 +26,9 @@ struct Lens {
 // the photograph repeat its border. `gray` is CV_8UC1 or CV_32FC1, and so is the result.
 cv::Mat Undistort(const cv::Mat& gray, const Camera& camera, const Lens& lens);
 
+// Which pixels of that image were photographed: CV_8UC1, 255 where the lens puts the pixel's centre into
+// the photograph, 0 where it puts it outside and from the radius on where it folds back (where the
+// distance from the principal point in the photograph, tangential part left out, no longer grows).
+cv::Mat PhotographedPixels(const Camera& camera, const Lens& lens);
+
 }  // namespace burin

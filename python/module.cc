@@ -10,6 +10,7 @@
 #include <exception>
 #include <filesystem>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,8 @@
 #include "core/error.h"
 #include "core/formats/camera_checks.h"
 #include "core/formats/scene_loader.h"
+#include "core/formats/view_names.h"
+#include "core/json_file.h"
 #include "core/mesh_io.h"
 #include "core/stopwatch.h"
 
@@ -29,8 +32,33 @@ namespace py = pybind11;
 namespace burin {
 namespace {
 
-using Vertices = py::array_t<double, py::array::c_style | py::array::forcecast>;
-using Faces = py::array_t<int, py::array::c_style | py::array::forcecast>;
+constexpr double kMostCoordinate = 1e30;  // as in mesh files
+constexpr double kMostGrey = 1e6;
+
+template <typename T>
+using Dense = py::array_t<T, py::array::c_style | py::array::forcecast>;
+
+// (N, 3) of real numbers, or of whole ones, as numpy has them; lists and other kinds of numbers are not
+// converted in silence.
+template <typename T>
+Dense<T> Rows3(const py::array& array, const std::string& name, const std::string& size,
+               const std::string& kinds, const std::string& what) {
+  if (array.ndim() != 2 || array.shape(1) != 3) {
+    throw InputError(name + ": must be an array of shape (" + size + ", 3)");
+  }
+  if (kinds.find(array.dtype().kind()) == std::string::npos) {
+    throw InputError(name + ": must be " + what + ", not " +
+                     py::str(array.dtype()).cast<std::string>());
+  }
+  return Dense<T>(array);
+}
+
+// Other Python threads run during the call.
+template <typename Call>
+auto WithoutGil(const Call& call) {
+  const py::gil_scoped_release release;
+  return call();
+}
 
 // Options as the C++ structs have them; Python names them by OptionSet.
 struct Options {
@@ -54,8 +82,9 @@ struct Options {
   void Set(const std::string& name, const py::object& value) {
     Option& option = At(name);
     const bool is_bool = std::holds_alternative<bool*>(option.value);
-    if (is_bool != py::isinstance<py::bool_>(value) ||
-        std::holds_alternative<std::string*>(option.value) != py::isinstance<py::str>(value)) {
+    const bool is_text = std::holds_alternative<std::string*>(option.value);
+    if (is_bool != py::isinstance<py::bool_>(value) || is_text != py::isinstance<py::str>(value) ||
+        (!is_bool && !is_text && PyNumber_Check(value.ptr()) == 0)) {
       throw py::type_error(name + ": must be " + option.Constraint());
     }
     std::string error;
@@ -72,13 +101,9 @@ struct Options {
   OptionSet set;
 };
 
-TriangleMesh MeshOf(const Vertices& vertices, const Faces& faces) {
-  if (vertices.ndim() != 2 || vertices.shape(1) != 3) {
-    throw InputError("vertices: must be an array of shape (V, 3)");
-  }
-  if (faces.ndim() != 2 || faces.shape(1) != 3) {
-    throw InputError("faces: must be an array of shape (F, 3)");
-  }
+TriangleMesh MeshOf(const py::array& given_vertices, const py::array& given_faces) {
+  const auto vertices = Rows3<double>(given_vertices, "vertices", "V", "fiu", "real numbers");
+  const auto faces = Rows3<int64_t>(given_faces, "faces", "F", "iu", "whole numbers");
   TriangleMesh mesh;
   const auto v = vertices.unchecked<2>();
   const auto f = faces.unchecked<2>();
@@ -91,11 +116,14 @@ TriangleMesh MeshOf(const Vertices& vertices, const Faces& faces) {
                          std::to_string(f(k, c)) + " of " + std::to_string(v.shape(0)));
       }
     }
-    mesh.faces.emplace_back(f(k, 0), f(k, 1), f(k, 2));
+    mesh.faces.emplace_back(static_cast<int>(f(k, 0)), static_cast<int>(f(k, 1)),
+                            static_cast<int>(f(k, 2)));
   }
   if (mesh.faces.empty()) throw InputError("faces: there are none");
   for (const Eigen::Vector3d& vertex : mesh.vertices) {
-    if (!vertex.allFinite()) throw InputError("vertices: must be finite");
+    if (!(vertex.cwiseAbs().maxCoeff() < kMostCoordinate)) {
+      throw InputError("vertices: must be finite and below 1e30");
+    }
   }
   return mesh;
 }
@@ -148,7 +176,13 @@ Scene SceneOf(const std::vector<std::string>& names, const std::vector<py::array
   }
   Scene scene;
   for (size_t i = 0; i < count; ++i) {
-    if (images[i].ndim() != 2) throw InputError("images: must be arrays of shape (H, W)");
+    const std::string element = "image " + names[i] + ": ";
+    if (images[i].ndim() != 2 || images[i].size() == 0) {
+      throw InputError(element + "must be an array of shape (H, W)");
+    }
+    if (std::string("fiu").find(images[i].dtype().kind()) == std::string::npos) {
+      throw InputError(element + "must be real numbers");
+    }
     View& view = scene.views.emplace_back();
     view.name = names[i];
     const int rows = static_cast<int>(images[i].shape(0));
@@ -159,12 +193,19 @@ Scene SceneOf(const std::vector<std::string>& names, const std::vector<py::array
     } else {
       const py::array_t<float, py::array::c_style | py::array::forcecast> data(images[i]);
       view.gray = cv::Mat(rows, columns, CV_32FC1, const_cast<float*>(data.data())).clone();
+      if (!cv::checkRange(view.gray, true, nullptr, -kMostGrey, kMostGrey)) {
+        throw InputError(element + "grey levels must be finite and within 1e6");
+      }
     }
     view.camera = CameraOfIntrinsics(intrinsics[i], 0.5, names[i], "intrinsics");
     view.camera.width = columns;
     view.camera.height = rows;
     view.camera.rotation = NearestRotation(rotations[i], names[i], "rotation");
     view.camera.translation = translations[i];
+  }
+  SettledNames(names, "scene");  // throws for what is no name
+  if (std::set<std::string>(names.begin(), names.end()).size() != count) {
+    throw InputError("names: one appears twice");
   }
   CheckCameras(scene.views, "scene");
   CheckCentresDiffer(scene.views, "scene");
@@ -206,7 +247,7 @@ std::vector<std::pair<int, int>> PairTuples(const std::vector<CameraPair>& pairs
 
 // Python's signal handlers run between iterations, so that Ctrl-C ends a refinement; what they or the
 // callback raise is raised again when the refinement has ended.
-py::dict RefineMesh(const Scene& scene, const Vertices& vertices, const Faces& faces,
+py::dict RefineMesh(const Scene& scene, const py::array& vertices, const py::array& faces,
                     Options* given, const py::object& callback) {
   const TriangleMesh mesh = MeshOf(vertices, faces);
   const PipelineOptions options = given->options;
@@ -223,7 +264,10 @@ py::dict RefineMesh(const Scene& scene, const Vertices& vertices, const Faces& f
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();
       if (callback.is_none()) return true;
       const py::object answer = callback(EventDict(event));
-      return answer.is_none() || answer.cast<bool>();
+      if (answer.is_none()) return true;
+      const int goes_on = PyObject_IsTrue(answer.ptr());
+      if (goes_on < 0) throw py::error_already_set();
+      return goes_on == 1;
     } catch (...) {
       raised = std::current_exception();
       return false;
@@ -244,18 +288,19 @@ py::dict RefineMesh(const Scene& scene, const Vertices& vertices, const Faces& f
   out["vertices"] = Array(result.mesh.vertices);
   out["faces"] = Array(result.mesh.faces);
   out["quality"] = quality;
-  out["summary"] = ParseJson(SummaryJson(inputs, options, result, watch.Seconds()).dump());
+  out["summary"] = ParseJson(JsonText(SummaryJson(inputs, options, result, watch.Seconds())));
   return out;
 }
 
-py::dict Select(const Scene& scene, const Vertices& vertices, const Faces& faces,
+py::dict Select(const Scene& scene, const py::array& vertices, const py::array& faces,
                 Options* options) {
   const TriangleMesh mesh = MeshOf(vertices, faces);
+  const PipelineOptions given = options->options;
   PairSelection selection;
   {
     const py::gil_scoped_release release;
-    options->options.Check();
-    selection = SelectPairs(scene, mesh, options->options.pairs);
+    given.Check();
+    selection = SelectPairs(scene, mesh, given.pairs);
   }
   py::dict out;
   out["pairs"] = PairTuples(selection.pairs);
@@ -267,13 +312,10 @@ py::dict Select(const Scene& scene, const Vertices& vertices, const Faces& faces
 py::tuple Linearize(LevelEnergy* energy, const Eigen::VectorXd& x) {
   double value = 0;
   Eigen::VectorXd gradient;
-  const SymmetricMatrix* matrix = nullptr;
-  {
-    const py::gil_scoped_release release;
-    matrix = &energy->Linearize(x, &value, &gradient);
-  }
-  return py::make_tuple(value, gradient, Array(matrix->value), Array(matrix->column),
-                        Array(matrix->start));
+  const SymmetricMatrix matrix =
+      WithoutGil([&] { return energy->Linearize(x, &value, &gradient); });
+  return py::make_tuple(value, gradient, Array(matrix.value), Array(matrix.column),
+                        Array(matrix.start));
 }
 
 void DefineScene(py::module_* module) {
@@ -329,12 +371,12 @@ void DefineOptions(py::module_* module) {
 
 void DefineEnergy(py::module_* module) {
   py::class_<LevelEnergy>(*module, "Energy")
-      .def(py::init([](const Scene& scene, const Vertices& vertices, const Faces& faces,
+      .def(py::init([](const Scene& scene, const py::array& vertices, const py::array& faces,
                        const std::vector<std::pair<int, int>>& pairs, Options* options, int level) {
              const TriangleMesh mesh = MeshOf(vertices, faces);
+             const PipelineOptions given = options->options;
              const py::gil_scoped_release release;
-             return std::make_unique<LevelEnergy>(scene, mesh, PairsOf(pairs), options->options,
-                                                  level);
+             return std::make_unique<LevelEnergy>(scene, mesh, PairsOf(pairs), given, level);
            }),
            py::arg("scene"), py::arg("vertices"), py::arg("faces"), py::arg("pairs"),
            py::arg("options"), py::arg("level"))
@@ -348,26 +390,24 @@ void DefineEnergy(py::module_* module) {
       .def("evaluate",
            [](LevelEnergy* energy, const Eigen::VectorXd& x) {
              Eigen::VectorXd gradient;
-             double value = 0;
-             {
-               const py::gil_scoped_release release;
-               value = energy->Evaluate(x, &gradient);
-             }
+             const double value = WithoutGil([&] { return energy->Evaluate(x, &gradient); });
              return py::make_tuple(value, gradient);
            })
       .def("linearize", &Linearize)
-      .def("terms", [](LevelEnergy* energy,
-                       const Eigen::VectorXd& x) { return ParseJson(energy->Terms(x).dump()); })
-      .def("vertices_at", [](const LevelEnergy& energy,
-                             const Eigen::VectorXd& x) { return Array(energy.VerticesAt(x)); })
+      .def("terms",
+           [](LevelEnergy* energy, const Eigen::VectorXd& x) {
+             return ParseJson(WithoutGil([&] { return energy->Terms(x).dump(); }));
+           })
+      .def("vertices_at",
+           [](const LevelEnergy& energy, const Eigen::VectorXd& x) {
+             return Array(WithoutGil([&] { return energy.VerticesAt(x); }));
+           })
       .def("kept_taps",
-           [](LevelEnergy* energy, int view) { return ImageArray<int>(energy->KeptTaps(view)); })
+           [](LevelEnergy* energy, int view) {
+             return ImageArray<int>(WithoutGil([&] { return energy->KeptTaps(view); }));
+           })
       .def("solve", [](LevelEnergy* energy, const std::string& strategy) {
-        LevelEnergy::Solution solution;
-        {
-          const py::gil_scoped_release release;
-          solution = energy->Solve(strategy);
-        }
+        const LevelEnergy::Solution solution = WithoutGil([&] { return energy->Solve(strategy); });
         py::dict out;
         out["x"] = solution.x;
         out["energy"] = solution.energy;
@@ -389,11 +429,15 @@ PYBIND11_MODULE(_burin, module) {
   DefineScene(&module);
   DefineEnergy(&module);
   module.def("read_mesh", [](const std::filesystem::path& path) {
-    const TriangleMesh mesh = ReadMesh(path);
+    const TriangleMesh mesh = WithoutGil([&] { return ReadMesh(path); });
     return py::make_tuple(Array(mesh.vertices), Array(mesh.faces));
   });
-  module.def("write_mesh", [](const std::filesystem::path& path, const Vertices& vertices,
-                              const Faces& faces) { WriteMesh(path, MeshOf(vertices, faces)); });
+  module.def("write_mesh", [](const std::filesystem::path& path, const py::array& vertices,
+                              const py::array& faces) {
+    const TriangleMesh mesh = MeshOf(vertices, faces);
+    const py::gil_scoped_release release;
+    WriteMesh(path, mesh);
+  });
   module.def("refine", &RefineMesh, py::arg("scene"), py::arg("vertices"), py::arg("faces"),
              py::arg("options"), py::arg("callback"));
   module.def("select_pairs", &Select, py::arg("scene"), py::arg("vertices"), py::arg("faces"),

@@ -55,6 +55,13 @@ TEST(CameraChecks, NameWhatIsWrong) {
               HasSubstr("principal point"));
   EXPECT_THAT(ErrorWith([](Camera* c) { c->rotation(0, 0) = 1.1; }), HasSubstr("rotation"));
   EXPECT_THAT(ErrorWith([](Camera* c) { c->rotation = -c->rotation; }), HasSubstr("rotation"));
+  // Finite, but beyond what single precision holds.
+  EXPECT_THAT(ErrorWith([](Camera* c) { c->fx = 1e-12; }),
+              HasSubstr("focal length = 1e-12 pixels: must be in [0.001, 1e+09]"));
+  EXPECT_THAT(ErrorWith([](Camera* c) { c->fy = 1e302; }), HasSubstr("focal length = 1e+302"));
+  EXPECT_THAT(ErrorWith([](Camera* c) { c->cy = -1e30; }), HasSubstr("principal point = -1e+30"));
+  EXPECT_THAT(ErrorWith([](Camera* c) { c->translation.y() = 1e19; }),
+              HasSubstr("translation = 1e+19: must be within 1e+17"));
   EXPECT_THAT(ErrorWith([](Camera* c) { c->translation.setZero(); }),
               HasSubstr("file: all 2 cameras have the same centre"));
 }

@@ -13,7 +13,6 @@
 #include "core/formats/openmvs.h"
 #include "core/formats/scene_loader.h"
 #include "tests/colmap_testing.h"
-#include "tests/program_test.h"
 
 namespace burin {
 namespace {
@@ -122,6 +121,24 @@ TEST_F(Formats, Strecha) {
   EXPECT_THAT(ErrorOf(Images()), HasSubstr("is no scene that burin knows"));
 }
 
+// What editors and other programs make of text files.
+TEST_F(Formats, TextAsFoundInTheWild) {
+  for (int v = 0; v < 2; ++v) {
+    const Camera& c = CameraAt(v);
+    std::string text = "\xEF\xBB\xBF" + Text(Intrinsics(c, 0)) + "+0 1e-330 0.0\n\n" +
+                       Text(c.rotation.transpose()) + Text(c.Center().transpose()) + "6 4\n\n";
+    for (size_t at = 0; (at = text.find('\n', at)) != std::string::npos; at += 2) {
+      text.replace(at, 1, "\r\n");
+    }
+    WriteFile("cameras/view" + std::to_string(v) + ".png.camera", text);
+  }
+  ExpectScene(LoadScene({Folder() / "cameras", {}, {}}), false);
+  WriteFile("cameras/view0.png.camera", "+-1 0 0\n");
+  EXPECT_THAT(ErrorOf(Folder() / "cameras"), HasSubstr("K: '+-1' is not a number"));
+  WriteFile("cameras/view0.png.camera", "1e999 0 0\n");
+  EXPECT_THAT(ErrorOf(Folder() / "cameras"), HasSubstr("K: '1e999' is not a number"));
+}
+
 TEST_F(Formats, StrechaProjectionMatrices) {
   for (int v = 0; v < 2; ++v) {
     const Camera& c = CameraAt(v);
@@ -182,7 +199,7 @@ TEST_F(Formats, MvsNet) {
     Eigen::Matrix4d pose = Eigen::Matrix4d::Identity();
     pose.topLeftCorner<3, 3>() = c.rotation;
     pose.topRightCorner<3, 1>() = c.translation;
-    scene_.views[v].name = "0000000" + std::to_string(v) + ".png";
+    scene_.views[v].name = "0000000" + std::to_string(v) + (v == 0 ? ".png" : ".PNG");
     cv::imwrite((Images() / scene_.views[v].name).string(), scene_.views[v].gray);
     WriteFile("cams/0000000" + std::to_string(v) + "_cam.txt",
               "extrinsic\n" + Text(pose) + "\nintrinsic\n" + Text(Intrinsics(c, 0.5)) +
@@ -223,6 +240,13 @@ TEST_F(Formats, Bundler) {
   WriteFile("bundle/bundle.out", text);
   WriteFile("list.txt", "images/view0.png\nimages/lost.png\n./images/view1.png 0 5\n");
   EXPECT_EQ(FormatOf(Folder()), "Bundler");
+  fs::create_directories(Folder() / "my images");
+  for (const char* name : {"view0.png", "view1.png"}) {
+    fs::copy(Images() / name, Folder() / "my images" / name);
+  }
+  WriteFile("list.txt", "my images\\view0.png\nlost.png\nmy images/view1.png 0 5.5e3\n");
+  EXPECT_EQ(LoadScene({Folder(), {}, {}}).views[0].name, "my images/view0.png");
+  WriteFile("list.txt", "images/view0.png\nimages/lost.png\n./images/view1.png 0 5\n");
   for (View& view : scene_.views) view.name = "images/" + view.name;
   ExpectScene(LoadScene({Folder(), {}, {}}), true);
   ExpectScene(LoadScene({Folder() / "bundle/bundle.out", Images(), {}}), true);
@@ -373,6 +397,13 @@ TEST_F(Formats, OpenMvg) {
   WriteFile("sfm_data.json", root.dump());
   const PosedScene lens = ReadScene({Folder() / "sfm_data.json", {}, {}});
   EXPECT_EQ(lens.images[1].lens.brown, (std::array<double, 5>{0.1, 0.2, 0.4, 0.5, 0.3}));
+  nlohmann::json& width = root["intrinsics"][0]["value"]["ptr_wrapper"]["data"]["width"];
+  for (const nlohmann::json& wrong : {nlohmann::json(4294967302), nlohmann::json(6.5)}) {
+    width = wrong;  // not 6
+    WriteFile("sfm_data.json", root.dump());
+    EXPECT_THAT(ErrorOf(Folder() / "sfm_data.json"), HasSubstr("is not a whole number in range"));
+  }
+  width = 6;
   root["intrinsics"][0]["value"]["polymorphic_name"] = "fisheye";
   WriteFile("sfm_data.json", root.dump());
   EXPECT_THAT(ErrorOf(Folder() / "sfm_data.json"),
@@ -396,6 +427,12 @@ TEST_F(Formats, OpenMvsRoundTrip) {
     WriteBytes(path, bytes.substr(0, size));
     EXPECT_THAT(ErrorOf(path), HasSubstr("tiny.mvs: ")) << size;
   }
+  // A camera for a photograph turned by a quarter.
+  std::string turned = bytes;
+  const size_t width_at = 12 + 8 + (8 + 5) + 8 + (8 + 7) + 8;
+  std::swap(turned[width_at], turned[width_at + 4]);
+  WriteBytes(path, turned);
+  EXPECT_THAT(ErrorOf(path), HasSubstr("image size: is 6 x 4 but its camera is 4 x 6"));
   // A count larger than the file.
   std::string huge = bytes;
   huge[12 + 7] = 0x7f;
@@ -437,38 +474,6 @@ TEST_F(Formats, OpenMvsNormalisedCamerasOnAPlatform) {
   }
   WriteBytes(path, bytes);
   ExpectScene(LoadScene({path, {}, {}}), true, 1e-6);
-}
-
-class Convert : public ProgramTest {};
-
-TEST_F(Convert, ThereAndBackIsTheSameScene) {
-  WriteColmapScene(TinyScene(), In("a"), true);
-  ASSERT_EQ(Run({"convert", In("a"), In("b/scene.mvs")}).exit_code, 0);
-  ASSERT_EQ(Run({"convert", In("b/scene.mvs"), In("c"), "--text"}).exit_code, 0);
-  ASSERT_EQ(Run({"convert", In("c"), In("d/scene.mvs")}).exit_code, 0);
-  const Scene first = LoadScene({In("a"), {}, {}});
-  const Scene last = LoadScene({In("d/scene.mvs"), {}, {}});
-  ASSERT_EQ(last.views.size(), first.views.size());
-  for (size_t v = 0; v < first.views.size(); ++v) {
-    EXPECT_LT(
-        (last.views[v].camera.ProjectionMatrix() - first.views[v].camera.ProjectionMatrix()).norm(),
-        1e-12);
-    // The photographs' own bytes.
-    EXPECT_EQ(ReadFileBytes(last.views[v].image_path), ReadFileBytes(first.views[v].image_path));
-  }
-  // Photographs that are in place stay there, unless they would have to be undistorted.
-  ASSERT_EQ(Run({"convert", In("d/scene.mvs"), In("d/again.mvs")}).exit_code, 0);
-  EXPECT_EQ(ReadFileBytes(In("d/again.mvs")), ReadFileBytes(In("d/scene.mvs")));
-  const std::string photograph = first.views[0].name;
-  const std::string before = ReadFileBytes(In("d/images/" + photograph));
-  Write("d/images/lens.nvm", "NVM_V3\n2\n" + photograph + " 5 1 0 0 0 0 0 0 0.1 0\n" +
-                                 first.views[1].name + " 5 1 0 0 0 1 0 0 0.1 0\n0\n");
-  ExpectRefused({"convert", In("d/images/lens.nvm"), In("d/third.mvs")},
-                {photograph, "would be replaced by its undistorted version"});
-  EXPECT_EQ(ReadFileBytes(In("d/images/" + photograph)), before);
-  ExpectRefused({"convert", In("a"), In("a")}, {"is the scene itself"});
-  ExpectRefused({"convert", In("a"), In("x.nvm")}, {"x.nvm", "neither a folder"});
-  ExpectRefused({"convert", In("nothing"), In("x")}, {"nothing: no such file or folder"});
 }
 
 // Real files; skipped where they are not.

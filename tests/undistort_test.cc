@@ -178,6 +178,39 @@ TEST(Undistort, NoDistortionIsTheIdentity) {
   EXPECT_EQ(cv::norm(Undistort(levels, camera, Lens()), levels, cv::NORM_INF), 0);
 }
 
+// Pixels of the undistorted image that the lens takes from outside the photograph, or from beyond where
+// it folds back, are said to be so.
+TEST(Undistort, PixelsWithoutAPhotographAreNamed) {
+  const Camera camera = TestCamera(210, 200);
+  EXPECT_EQ(cv::countNonZero(PhotographedPixels(camera, Lens())), kWidth * kHeight);
+  const Lens barrel = {{-0.1, 0, 0, 0, 0}};
+  EXPECT_EQ(cv::countNonZero(PhotographedPixels(camera, barrel)), kWidth * kHeight);
+  const Lens pincushion = {{0.2, 0.05, 0.01, -0.02, 0.003}};
+  const cv::Mat inside = PhotographedPixels(camera, pincushion);
+  int outside_count = 0;
+  for (int i = 0; i < kHeight; ++i) {
+    for (int j = 0; j < kWidth; ++j) {
+      const Eigen::Vector2d photographed = Distort(
+          {(j + 0.5 - camera.cx) / camera.fx, (i + 0.5 - camera.cy) / camera.fy}, pincushion);
+      const double x = photographed.x() * camera.fx + camera.cx;
+      const double y = photographed.y() * camera.fy + camera.cy;
+      const double margin = std::min({x, y, kWidth - x, kHeight - y});
+      if (std::abs(margin) > 1e-3) {
+        EXPECT_EQ(inside.at<unsigned char>(i, j), margin > 0 ? 255 : 0);
+      }
+      outside_count += margin < 0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(outside_count, kWidth);
+  // r (1 - 12 r^2) grows up to r = 1/6; r (1 - 16/3 r^2) up to r = 1/4, where it is 1/6.
+  const double fold = camera.fx / 6;
+  for (const Lens& lens : {Lens{{-12, 0, 0, 0, 0}}, Lens{{0, 0, 0, 0, 0}, -16.0 / 3}}) {
+    const cv::Mat before = PhotographedPixels(camera, lens);
+    const double count = CV_PI * fold * fold * camera.fy / camera.fx;
+    EXPECT_NEAR(cv::countNonZero(before), count, 0.02 * count);
+  }
+}
+
 TEST(Undistort, AbsurdCoefficientsAndOnePixelImagesAreHarmless) {
   Camera camera = TestCamera(210, 200);
   const cv::Mat image(kHeight, kWidth, CV_8UC1, cv::Scalar(90));

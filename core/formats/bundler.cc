@@ -1,7 +1,9 @@
 #include "core/formats/bundler.h"
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
+#include <regex>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -9,6 +11,7 @@
 #include "core/error.h"
 #include "core/formats/camera_checks.h"
 #include "core/formats/text_lines.h"
+#include "core/formats/view_names.h"
 
 namespace burin {
 namespace {
@@ -36,7 +39,14 @@ fs::path ListFile(const fs::path& bundle) {
 std::vector<std::string> ReadNames(const fs::path& path) {
   TextLines lines(path);
   std::vector<std::string> names;
-  while (lines.NextElement()) names.emplace_back(lines.Word("image name"));
+  while (lines.NextElement()) {
+    std::string& name = names.emplace_back(lines.Rest("image name"));
+    // NAME, or NAME 0 FOCAL; names may have blanks.
+    std::smatch parts;
+    static const std::regex kWithFocal(R"((.*\S)\s+0(\s+[0-9.eE+-]+)?)");
+    if (std::regex_match(name, parts, kWithFocal)) name = parts[1].str();
+    std::replace(name.begin(), name.end(), '\\', '/');
+  }
   return names;
 }
 
@@ -81,14 +91,10 @@ PosedScene ReadBundler(const fs::path& path, const fs::path& images) {
     if (lens[0] == 0) continue;
     index[c] = static_cast<int>(posed.images.size());
     PosedImage& view = posed.images.emplace_back();
-    const fs::path name = names[c];
-    view.name = name.lexically_normal().string();
-    if (view.name.rfind("./", 0) == 0) view.name.erase(0, 2);
-    view.image_path = FindPhotograph(
-        images.empty() ? view.name : name.filename().string(),
-        images.empty() ? std::vector<fs::path>{list.parent_path(), file.parent_path()}
-                       : std::vector<fs::path>{images, images / name.parent_path()});
-    if (name.is_absolute() || view.name.rfind("..", 0) == 0) view.name = name.filename().string();
+    view.name = names[c];
+    view.image_path = images.empty()
+                          ? FindPhotograph(view.name, {list.parent_path(), file.parent_path()})
+                          : FindPhotographBelow(view.name, images);
     photographs.push_back(view.image_path);
     view.camera.fx = view.camera.fy = lens[0];
     view.lens.brown = {lens[1], lens[2], 0, 0, 0};

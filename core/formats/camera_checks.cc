@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <sstream>
 
 #include "core/error.h"
 
@@ -15,11 +16,23 @@ namespace {
 // Of the distance between centres, relative to the larger of their coordinates: rounding alone.
 constexpr double kSameCentre = 1e-12;
 
+// Beyond these the single precision of ray casting and pixel fields overflows. Nothing real is near.
+constexpr double kLeastFocal = 1e-3;  // pixels
+constexpr double kMostFocal = 1e9;
+constexpr double kMostPrincipalPoint = 1e9;
+constexpr double kMostTranslation = 1e17;  // world units
+
 constexpr int kKeptBits = 40;
 
 // To a multiple of 2^exponent.
 double RoundedTo(double value, int exponent) {
   return std::ldexp(std::round(std::ldexp(value, -exponent)), exponent);
+}
+
+std::string Text(double value) {
+  std::ostringstream text;
+  text << value;
+  return text.str();
 }
 
 double OffOrthonormal(const Eigen::Matrix3d& matrix) {
@@ -37,13 +50,23 @@ void CheckCameras(const std::vector<View>& views, const std::filesystem::path& f
                                  std::to_string(camera.height) + ": must be above 0");
     }
     for (const double focal : {camera.fx, camera.fy}) {
-      if (!std::isfinite(focal) || focal <= 0) {
-        throw InputError(file, element + "focal length = " + std::to_string(focal) +
-                                   ": must be finite and above 0");
+      if (!(focal > 0) || !std::isfinite(focal)) {
+        throw InputError(
+            file, element + "focal length = " + Text(focal) + ": must be finite and above 0");
+      }
+      if (focal < kLeastFocal || focal > kMostFocal) {
+        throw InputError(file, element + "focal length = " + Text(focal) + " pixels: must be in [" +
+                                   Text(kLeastFocal) + ", " + Text(kMostFocal) + "]");
       }
     }
-    if (!std::isfinite(camera.cx) || !std::isfinite(camera.cy)) {
-      throw InputError(file, element + "principal point: must be finite");
+    for (const double center : {camera.cx, camera.cy}) {
+      if (!std::isfinite(center)) {
+        throw InputError(file, element + "principal point: must be finite");
+      }
+      if (std::abs(center) > kMostPrincipalPoint) {
+        throw InputError(file, element + "principal point = " + Text(center) +
+                                   " pixels: must be within " + Text(kMostPrincipalPoint));
+      }
     }
     if (!camera.rotation.allFinite() || OffOrthonormal(camera.rotation) > 1e-6 ||
         camera.rotation.determinant() < 0) {
@@ -51,6 +74,11 @@ void CheckCameras(const std::vector<View>& views, const std::filesystem::path& f
     }
     if (!camera.translation.allFinite()) {
       throw InputError(file, element + "translation: must be finite");
+    }
+    if (camera.translation.cwiseAbs().maxCoeff() > kMostTranslation) {
+      throw InputError(file, element +
+                                 "translation = " + Text(camera.translation.cwiseAbs().maxCoeff()) +
+                                 ": must be within " + Text(kMostTranslation));
     }
   }
 }

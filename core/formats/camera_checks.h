@@ -11,8 +11,8 @@
 namespace burin {
 
 // Throws InputError, naming `file` and the camera, unless every camera has a positive image size,
-// positive and finite focal lengths, a finite principal point and a finite pose whose rotation is one
-// (orthonormal to 1e-6, determinant +1).
+// focal lengths in [1e-3, 1e9] and a principal point within 1e9 pixels, and a pose whose rotation is one
+// (orthonormal to 1e-6, determinant +1) and whose translation is within 1e17 world units.
 void CheckCameras(const std::vector<View>& views, const std::filesystem::path& file);
 
 // Throws InputError unless at least two of the cameras have different centres: nothing can be seen

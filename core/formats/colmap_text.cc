@@ -46,7 +46,7 @@ std::vector<ColmapImage> ReadImages(const std::filesystem::path& path) {
     while (!lines.AtEndOfLine()) {
       lines.Number<double>("POINTS2D X");
       lines.Number<double>("POINTS2D Y");
-      lines.Number<std::int64_t>("POINTS2D POINT3D_ID");
+      lines.Word("POINTS2D POINT3D_ID");
     }
   }
   return images;
@@ -60,7 +60,7 @@ std::vector<ColmapPoint> ReadPoints(const std::filesystem::path& path) {
     point.id = lines.Number<std::uint64_t>("POINT3D_ID");
     point.position = lines.Vector3("X", "Y", "Z");
     for (const char* channel : {"R", "G", "B"}) lines.Number<std::uint8_t>(channel);
-    lines.Number<double>("ERROR");
+    lines.Word("ERROR");
     while (!lines.AtEndOfLine()) {
       ColmapTrackElement& seen = point.track.emplace_back();
       seen.image_id = lines.Number<std::uint32_t>("TRACK IMAGE_ID");

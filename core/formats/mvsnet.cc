@@ -43,8 +43,13 @@ bool HasNumber(const std::string& name, const std::string& number) {
   return false;
 }
 
+std::string LowerCase(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
 bool IsPhotograph(const fs::path& path) {
-  const std::string extension = path.extension().string();
+  const std::string extension = LowerCase(path.extension().string());
   return extension == ".png" || extension == ".jpg" || extension == ".jpeg" || extension == ".tif";
 }
 
@@ -136,7 +141,7 @@ PosedScene ReadMvsNet(const fs::path& path, const fs::path& images) {
     const std::string number = name.substr(0, name.size() - std::string(kMvsNetEnding).size());
     std::error_code error;
     for (const fs::path& where : folders) {
-      for (const char* extension : {".jpg", ".png", ".jpeg"}) {
+      for (const char* extension : {".jpg", ".png", ".jpeg", ".JPG", ".PNG", ".JPEG"}) {
         if (view.image_path.empty() && fs::exists(where / (number + extension), error)) {
           view.image_path = where / (number + extension);
         }

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/formats/text_lines.h"
+#include "core/formats/view_names.h"
 
 namespace burin {
 namespace {
@@ -75,14 +76,11 @@ PosedScene ReadNvm(const fs::path& path, const fs::path& images) {
   for (uint32_t c = 0; c < cameras; ++c) {
     NextLine(&lines, "camera");
     PosedImage view = ReadCamera(&lines, fixed);
-    const fs::path name = view.name;
     if (images.empty()) {
       view.image_path = FindPhotograph(view.name, {path.parent_path()});
     } else {
-      view.image_path =
-          FindPhotograph(name.filename().string(), {images, images / name.parent_path()});
+      view.image_path = FindPhotographBelow(view.name, images);
     }
-    if (name.is_absolute() || view.name.rfind("..", 0) == 0) view.name = name.filename().string();
     photographs.push_back(view.image_path);
     posed.images.push_back(std::move(view));
   }

@@ -2,14 +2,17 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <vector>
 
 #include "core/error.h"
 #include "core/formats/camera_checks.h"
+#include "core/formats/view_names.h"
 #include "core/json_file.h"
 
 namespace burin {
@@ -23,6 +26,18 @@ struct Intrinsic {
   Camera camera;
   Lens lens;
 };
+
+// A whole number that fits; nlohmann's own conversion wraps and truncates.
+template <typename T>
+T Whole(const json& value) {
+  if (!value.is_number_integer() ||
+      (value.is_number_unsigned()
+           ? value.get<uint64_t>() > static_cast<uint64_t>(std::numeric_limits<T>::max())
+           : value.get<int64_t>() < static_cast<int64_t>(std::numeric_limits<T>::min()))) {
+    throw std::out_of_range(value.dump() + " is not a whole number in range");
+  }
+  return value.get<T>();
+}
 
 Eigen::Vector3d Vector3(const json& value) {
   return {value.at(0).get<double>(), value.at(1).get<double>(), value.at(2).get<double>()};
@@ -39,15 +54,15 @@ std::map<uint32_t, Intrinsic> ReadIntrinsics(const json& list) {
   std::map<uint32_t, Intrinsic> intrinsics;
   for (const json& entry : list) {
     const json& value = entry.at("value");
-    const uint32_t type = value.at("polymorphic_id").get<uint32_t>() & 0x7fffffffU;
+    const uint32_t type = Whole<uint32_t>(value.at("polymorphic_id")) & 0x7fffffffU;
     if (value.contains("polymorphic_name")) name_of_type[type] = value["polymorphic_name"];
-    Intrinsic& intrinsic = intrinsics[entry.at("key").get<uint32_t>()];
+    Intrinsic& intrinsic = intrinsics[Whole<uint32_t>(entry.at("key"))];
     intrinsic.type = name_of_type[type];
     if (!IsSupported(intrinsic.type)) continue;
     const json& data = value.at("ptr_wrapper").at("data");
     Camera& camera = intrinsic.camera;
-    camera.width = data.at("width").get<int>();
-    camera.height = data.at("height").get<int>();
+    camera.width = Whole<int>(data.at("width"));
+    camera.height = Whole<int>(data.at("height"));
     camera.fx = camera.fy = data.at("focal_length").get<double>();
     camera.cx = data.at("principal_point").at(0).get<double>() + 0.5;
     camera.cy = data.at("principal_point").at(1).get<double>() + 0.5;
@@ -71,7 +86,7 @@ PosedScene FromJson(const json& root, const fs::path& path, const fs::path& imag
   const std::map<uint32_t, Intrinsic> intrinsics = ReadIntrinsics(root.at("intrinsics"));
   std::map<uint32_t, const json*> poses;
   for (const json& entry : root.at("extrinsics")) {
-    poses[entry.at("key").get<uint32_t>()] = &entry.at("value");
+    poses[Whole<uint32_t>(entry.at("key"))] = &entry.at("value");
   }
   PosedScene posed;
   posed.file = path;
@@ -79,8 +94,8 @@ PosedScene FromJson(const json& root, const fs::path& path, const fs::path& imag
   std::map<uint32_t, int> index_of_view;
   for (const json& entry : root.at("views")) {
     const json& data = entry.at("value").at("ptr_wrapper").at("data");
-    const auto pose = poses.find(data.at("id_pose").get<uint32_t>());
-    const auto intrinsic = intrinsics.find(data.at("id_intrinsic").get<uint32_t>());
+    const auto pose = poses.find(Whole<uint32_t>(data.at("id_pose")));
+    const auto intrinsic = intrinsics.find(Whole<uint32_t>(data.at("id_intrinsic")));
     if (pose == poses.end() || intrinsic == intrinsics.end()) continue;
     const fs::path name =
         fs::path(data.value("local_path", std::string())) / data.at("filename").get<std::string>();
@@ -89,13 +104,13 @@ PosedScene FromJson(const json& root, const fs::path& path, const fs::path& imag
       throw InputError(
           path, element + "intrinsics of type '" + intrinsic->second.type + "' are not supported");
     }
-    index_of_view[entry.at("key").get<uint32_t>()] = static_cast<int>(posed.images.size());
+    index_of_view[Whole<uint32_t>(entry.at("key"))] = static_cast<int>(posed.images.size());
     PosedImage& view = posed.images.emplace_back();
-    view.name = name.lexically_normal().relative_path().string();
+    view.name = name.relative_path().string();
     view.image_path =
         images.empty()
             ? FindPhotograph(view.name, {path.parent_path() / stated, path.parent_path()})
-            : FindPhotograph(view.name, {images});
+            : FindPhotographBelow(view.name, images);
     view.camera = intrinsic->second.camera;
     view.lens = intrinsic->second.lens;
     Eigen::Matrix3d rotation;
@@ -110,7 +125,7 @@ PosedScene FromJson(const json& root, const fs::path& path, const fs::path& imag
     ScenePoint& point = posed.points.emplace_back();
     point.position = Vector3(entry.at("value").at("X"));
     for (const json& seen : entry.at("value").at("observations")) {
-      const auto view = index_of_view.find(seen.at("key").get<uint32_t>());
+      const auto view = index_of_view.find(Whole<uint32_t>(seen.at("key")));
       if (view != index_of_view.end()) point.views.push_back(view->second);
     }
   }
@@ -129,6 +144,8 @@ PosedScene ReadOpenMvg(const fs::path& path, const fs::path& images) {
   try {
     return FromJson(root, path, images);
   } catch (const json::exception& error) {
+    throw InputError(path, std::string("is not as openMVG writes it: ") + error.what());
+  } catch (const std::out_of_range& error) {
     throw InputError(path, std::string("is not as openMVG writes it: ") + error.what());
   }
 }

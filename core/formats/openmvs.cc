@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "core/error.h"
 #include "core/file_bytes.h"
 #include "core/formats/camera_checks.h"
+#include "core/formats/view_names.h"
 
 namespace burin {
 namespace {
@@ -134,6 +136,7 @@ MvsImage ReadImage(Reader* reader, uint32_t version) {
   image.name = reader->Text("image name");
   std::replace(image.name.begin(), image.name.end(), '\\', '/');
   if (version > 4) image.mask = reader->Text("mask name");
+  std::replace(image.mask.begin(), image.mask.end(), '\\', '/');
   image.platform = reader->Number<uint32_t>("platform of image");
   image.camera = reader->Number<uint32_t>("camera of image");
   image.pose = reader->Number<uint32_t>("pose of image");
@@ -158,7 +161,15 @@ Camera CameraOf(const MvsCamera& camera, const MvsPose& pose, cv::Size size, con
     k.topRows<2>() *= larger;
     // Normalised or not, whole-numbered centres: OpenMVS scales c without the half pixel here.
   } else {
-    scale = larger / std::max(camera.width, camera.height);
+    const double width = camera.width;
+    const double height = camera.height;
+    if (std::abs(width * size.height - height * size.width) > std::max(width, height)) {
+      throw InputError(path, element + "image size: is " + std::to_string(size.width) + " x " +
+                                 std::to_string(size.height) + " but its camera is " +
+                                 std::to_string(camera.width) + " x " +
+                                 std::to_string(camera.height));
+    }
+    scale = larger / std::max(width, height);
     k.topRows<2>() *= scale;
     k(0, 2) += 0.5 * (scale - 1);
     k(1, 2) += 0.5 * (scale - 1);
@@ -171,6 +182,17 @@ Camera CameraOf(const MvsCamera& camera, const MvsPose& pose, cv::Size size, con
   const Eigen::Vector3d center = pose.center + pose.rotation.transpose() * camera.center;
   result.translation = -result.rotation * center;
   return result;
+}
+
+// Without the folder that all photographs are in; images/ alone where that is where all are.
+std::vector<std::string> NamesBelowImages(std::vector<std::string> names, const fs::path& path) {
+  static constexpr std::string_view kFolder = "images/";
+  const bool all_in_images = std::all_of(names.begin(), names.end(), [](const std::string& name) {
+    return name.compare(0, kFolder.size(), kFolder) == 0;
+  });
+  if (!all_in_images) return SettledNames(names, path, /*without_common=*/true);
+  for (std::string& name : names) name.erase(0, kFolder.size());
+  return names;
 }
 
 class Writer {
@@ -224,6 +246,7 @@ PosedScene ReadOpenMvs(const fs::path& path, const fs::path& images) {
   std::vector<int> index(read.size(), -1);
   std::vector<const MvsImage*> used;
   std::vector<fs::path> paths;
+  std::vector<std::string> names;
   for (size_t i = 0; i < read.size(); ++i) {
     const MvsImage& image = read[i];
     if (image.pose == kNone) continue;
@@ -236,6 +259,7 @@ PosedScene ReadOpenMvs(const fs::path& path, const fs::path& images) {
     index[i] = static_cast<int>(used.size());
     used.push_back(&image);
     const fs::path name = fs::path(image.name);
+    names.push_back(image.name);
     const fs::path beside = path.parent_path();
     if (images.empty()) {
       std::error_code error;
@@ -244,16 +268,16 @@ PosedScene ReadOpenMvs(const fs::path& path, const fs::path& images) {
                           ? beside / name
                           : FindPhotograph(name.filename().string(), {beside, beside / "images"}));
     } else {
-      paths.push_back(
-          FindPhotograph(name.filename().string(), {images, images / name.parent_path()}));
+      paths.push_back(FindPhotographBelow(image.name, images));
     }
   }
+  names = NamesBelowImages(names, path);
   const std::vector<cv::Size> sizes = PhotographSizes(paths);
   for (size_t i = 0; i < used.size(); ++i) {
     const MvsImage& image = *used[i];
     const MvsPlatform& platform = platforms[image.platform];
     PosedImage& view = posed.images.emplace_back();
-    view.name = fs::path(image.name).filename().string();
+    view.name = names[i];
     view.image_path = paths[i];
     if (!image.mask.empty()) view.mask_path = path.parent_path() / image.mask;
     view.camera = CameraOf(platform.cameras[image.camera], platform.poses[image.pose], sizes[i],
@@ -306,7 +330,7 @@ void WriteOpenMvs(const Scene& scene, const fs::path& path) {
   writer.Number<uint64_t>(scene.views.size());
   for (uint32_t v = 0; v < scene.views.size(); ++v) {
     writer.Text("images/" + scene.views[v].name);
-    writer.Text("");             // mask
+    writer.Text(scene.views[v].mask.empty() ? "" : "masks/" + scene.views[v].name + ".png");
     writer.Number<uint32_t>(0);  // platform
     writer.Number(v);            // camera
     writer.Number(v);            // pose

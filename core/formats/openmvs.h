@@ -22,7 +22,8 @@ bool IsOpenMvs(const std::filesystem::path& path);
 // Photographs are where the file says, from its folder on, or in `images` by their file name.
 PosedScene ReadOpenMvs(const std::filesystem::path& path, const std::filesystem::path& images);
 
-// Version 6: a camera and a pose per view, names images/NAME, points in single precision.
+// Version 6: a camera and a pose per view, names images/NAME and, where there is a mask, masks/NAME.png,
+// points in single precision.
 void WriteOpenMvs(const Scene& scene, const std::filesystem::path& path);
 
 }  // namespace burin

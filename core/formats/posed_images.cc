@@ -24,6 +24,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double kLeastPhotographed = 0.5;
+constexpr double kMostCoordinate = 1e30;  // of points, as of meshes
+
 void RequireFolder(const fs::path& folder) {
   std::error_code error;
   if (fs::is_directory(folder, error)) return;
@@ -69,11 +72,24 @@ cv::Mat ReadViewImage(const PosedImage& posed) {
   return posed.lens.IsNone() ? gray : Undistort(gray, posed.camera, posed.lens);
 }
 
-// Zero wherever the lens mixes in a pixel that is not to be used.
-cv::Mat ReadViewMask(const fs::path& path, const PosedImage& posed) {
-  cv::Mat used = ReadSized(path, posed) != 0;
+// Zero wherever the lens mixes in a pixel that is not to be used, or comes from outside the photograph.
+// Empty when all pixels are to be used.
+cv::Mat ReadViewMask(const fs::path& path, const PosedImage& posed, const fs::path& file) {
+  cv::Mat used;
+  if (!path.empty()) used = ReadSized(path, posed) != 0;
   if (posed.lens.IsNone()) return used;
-  return Undistort(used, posed.camera, posed.lens) == 255;
+  if (!used.empty()) used = Undistort(used, posed.camera, posed.lens) == 255;
+  const cv::Mat photographed = PhotographedPixels(posed.camera, posed.lens);
+  const double share = static_cast<double>(cv::countNonZero(photographed)) /
+                       (static_cast<double>(photographed.rows) * photographed.cols);
+  if (share < kLeastPhotographed) {
+    throw InputError(file, "image " + posed.name + ": its lens leaves " +
+                               std::to_string(std::lround(100 * share)) +
+                               " % of the picture: the distortion coefficients cannot be right");
+  }
+  if (share == 1) return used;
+  if (used.empty()) return photographed;
+  return used & photographed;
 }
 
 fs::path MaskOf(const PosedImage& posed, const fs::path& masks) {
@@ -137,23 +153,52 @@ Scene MakeScene(const PosedScene& posed, bool with_images, const fs::path& masks
       View& view = scene.views[i];
       const PosedImage& image = posed.images[order[i]];
       view.gray = ReadViewImage(image);
-      const fs::path mask = MaskOf(image, masks);
-      if (!mask.empty()) view.mask = ReadViewMask(mask, image);
+      view.mask = ReadViewMask(MaskOf(image, masks), image, posed.file);
     });
-    const bool any_mask = std::any_of(scene.views.begin(), scene.views.end(),
-                                      [](const View& view) { return !view.mask.empty(); });
+    const bool any_mask =
+        std::any_of(posed.images.begin(), posed.images.end(),
+                    [&](const PosedImage& i) { return !MaskOf(i, masks).empty(); });
     if (!masks.empty() && !any_mask) {
       throw InputError(masks, "no image has a mask; that of " + scene.views[0].name +
                                   " would be called " + scene.views[0].name + ".png");
     }
   }
   for (const ScenePoint& point : posed.points) {
+    if (!(point.position.cwiseAbs().maxCoeff() < kMostCoordinate)) {
+      throw InputError(posed.file, "a point has a coordinate that is not below 1e30");
+    }
     std::set<int> views;
     for (const int image : point.views) views.insert(view_of_image[image]);
     if (views.size() < 2) continue;
     scene.points.push_back({point.position, std::vector<int>(views.begin(), views.end())});
   }
   return scene;
+}
+
+void CheckPhotographTargets(const PosedScene& posed, const fs::path& folder, bool overwrite) {
+  ForEachInParallel(posed.images.size(), [&](size_t i) {
+    const PosedImage& image = posed.images[i];
+    const fs::path target = folder / image.name;
+    if (!image.lens.IsNone()) WritableExtension(target);
+    std::error_code error;
+    if (!fs::exists(target, error)) return;
+    if (image.lens.IsNone()) {
+      if (overwrite || IsSameFile(target, image.image_path)) return;
+      if (fs::is_regular_file(target, error) &&
+          ReadFileBytes(target) == ReadFileBytes(image.image_path)) {
+        return;
+      }
+    } else if (IsSameFile(target, image.image_path)) {
+      throw InputError(target, "would be replaced by its undistorted version: name another output");
+    } else if (overwrite) {
+      return;
+    }
+    ThrowExists(target);
+  });
+}
+
+void ThrowExists(const fs::path& file) {
+  throw InputError(file, "exists already: --overwrite replaces it, or name another output");
 }
 
 bool IsSameFile(const fs::path& a, const fs::path& b) {
@@ -239,6 +284,9 @@ Camera CameraOfProjection(const Eigen::Matrix<double, 3, 4>& projection, cv::Siz
     rotation.row(c) = -rotation.row(c);
   }
   k(1, 0) = k(2, 0) = k(2, 1) = 0;
+  // Six digits, which files of projection matrices often have, leave a skew of 1e-6 focal lengths; 2e-5
+  // is 0.03 px at 3000 pixels' focal length.
+  if (std::abs(k(0, 1)) < 2e-5 * k(0, 0)) k(0, 1) = 0;
   Camera camera = CameraOfIntrinsics(k, 0, file, element);
   camera.width = size.width;
   camera.height = size.height;

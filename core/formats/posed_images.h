@@ -29,14 +29,23 @@ struct PosedScene {
 };
 
 // Views in ascending order of name; points seen by fewer than two views are dropped. Photographs are
-// read and undistorted `with_images`, else View::gray stays empty. `masks` is a folder of masks NAME.png
-// for photograph NAME, which takes precedence over mask_path. Throws InputError for what is wrong with
-// cameras (core/formats/camera_checks.h), photographs or masks, and for a `masks` folder without any.
+// read and undistorted `with_images`, else View::gray stays empty; pixels that the lens takes from outside
+// the photograph are zero in View::mask. `masks` is a folder of masks NAME.png for photograph NAME, which
+// takes precedence over mask_path. Throws InputError for what is wrong with cameras
+// (core/formats/camera_checks.h), lenses that leave less than half of the picture, photographs or masks,
+// and for a `masks` folder without any.
 Scene MakeScene(const PosedScene& posed, bool with_images, const std::filesystem::path& masks = {});
 
+// Throws InputError for what WritePhotographs would have to refuse: those with a lens need a name that ends
+// in .png, .jpg or .jpeg. Unless `overwrite`, also where it would replace a file by another one.
+void CheckPhotographTargets(const PosedScene& posed, const std::filesystem::path& folder,
+                            bool overwrite);
+
 // Copies the photographs to folder/NAME, but for those that are there already; those with a lens are
-// undistorted, in colour, and need a name that ends in .png, .jpg or .jpeg.
+// undistorted, in colour, with 8 bits.
 void WritePhotographs(const PosedScene& posed, const std::filesystem::path& folder);
+
+[[noreturn]] void ThrowExists(const std::filesystem::path& file);
 
 // Whether both name one file or folder that exists.
 bool IsSameFile(const std::filesystem::path& a, const std::filesystem::path& b);
@@ -51,7 +60,7 @@ std::filesystem::path FindPhotograph(const std::string& name,
 
 // K [R | t] from a projection matrix with the convention that pixel centres are whole numbers, and the
 // image size. Throws InputError about `element` of `file` when it is singular or its axes are not
-// square to each other (skew above 1e-6 of the focal length): burin's cameras have none.
+// square to each other (skew above 2e-5 of the focal length): burin's cameras have none.
 Camera CameraOfProjection(const Eigen::Matrix<double, 3, 4>& projection, cv::Size size,
                           const std::filesystem::path& file, const std::string& element);
 

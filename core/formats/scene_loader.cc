@@ -11,6 +11,7 @@
 #include "core/formats/openmvg.h"
 #include "core/formats/openmvs.h"
 #include "core/formats/strecha.h"
+#include "core/formats/view_names.h"
 
 namespace burin {
 namespace {
@@ -53,7 +54,9 @@ const Format& Recognised(const fs::path& path) {
 }  // namespace
 
 PosedScene ReadScene(const SceneSource& source) {
-  return Recognised(source.path).read(source.path, source.images);
+  PosedScene posed = Recognised(source.path).read(source.path, source.images);
+  SettleNames(&posed);
+  return posed;
 }
 
 Scene LoadScene(const SceneSource& source, bool with_images) {

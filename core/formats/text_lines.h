@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <type_traits>
 
 #include "core/error.h"
@@ -20,7 +22,11 @@ class TextLines {
  public:
   static constexpr std::string_view kBlank = " \t\r";
 
-  explicit TextLines(const std::filesystem::path& path) : path_(path), text_(ReadFileBytes(path)) {}
+  explicit TextLines(const std::filesystem::path& path) : path_(path), text_(ReadFileBytes(path)) {
+    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+    if (text_.compare(0, kByteOrderMark.size(), kByteOrderMark) == 0)
+      begin_ = kByteOrderMark.size();
+  }
 
   // Moves to the next line; false at the end of the file.
   bool Next() {
@@ -57,9 +63,13 @@ class TextLines {
   template <typename T>
   T Number(const char* field) {
     const std::string_view word = Word(field);
+    std::string_view digits = word;
+    if (digits.size() > 1 && digits[0] == '+' && digits[1] != '-') digits.remove_prefix(1);
     T value{};
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (error != std::errc() || end != word.data() + word.size()) {
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    const bool all = end == digits.data() + digits.size();
+    if (std::is_floating_point_v<T> && all && IsTooSmall(error, digits)) return 0;
+    if (error != std::errc() || !all) {
       Fail(field, "'" + std::string(word) + "' is not " +
                       (std::is_floating_point_v<T> ? "a number" : "an integer in range"));
     }
@@ -105,6 +115,12 @@ class TextLines {
   }
 
  private:
+  // Of a number out of a double's range: whether it is so on the small side.
+  static bool IsTooSmall(std::errc error, std::string_view digits) {
+    return error == std::errc::result_out_of_range &&
+           std::abs(std::strtod(std::string(digits).c_str(), nullptr)) < 1;
+  }
+
   std::filesystem::path path_;
   std::string text_;
   std::size_t begin_ = 0;  // of the line after line_

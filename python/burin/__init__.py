@@ -12,10 +12,10 @@ centre is at (0.5, 0.5); lengths in the scene's unit unless a name says otherwis
 InputError, a ValueError.
 """
 
-from burin._burin import InputError, MemoryLimitError, Scene, read_mesh, strategies, write_mesh
+from burin._burin import InputError, MemoryLimitError, Scene, read_mesh, strategies
 from burin._energy import Energy
 from burin._options import Options
-from burin._refine import Refinement, Selection, load_scene, refine, select_pairs
+from burin._refine import Refinement, Selection, load_scene, refine, select_pairs, write_mesh
 
 __all__ = [
     "Energy",

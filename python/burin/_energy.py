@@ -5,7 +5,7 @@ import typing
 import numpy
 
 from burin import _burin
-from burin._options import Options
+from burin._options import Options, as_options
 from burin._refine import select_pairs
 
 
@@ -20,7 +20,8 @@ class Energy:
     def __init__(self, scene, vertices, faces, pairs=None,
                  options: typing.Optional[Options] = None, level=0):
         """pairs: of views, default those of select_pairs(). level: of the image pyramid, 0 = full size."""
-        options = Options() if options is None else options
+        options = as_options(options)
+        vertices, faces = numpy.asarray(vertices), numpy.asarray(faces)
         if pairs is None:
             pairs = select_pairs(scene, vertices, faces, options).pairs
         self._native = _burin.Energy(scene, vertices, faces, pairs, options._native, level)

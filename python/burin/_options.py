@@ -93,3 +93,10 @@ class Options:
     def help(self, name):
         """One line on the option, and what values it takes."""
         return f"{self._native.help(name)} ({self._native.constraint(name)})"
+
+
+def as_options(options):
+    """Options of None (the defaults), of a dict, or the Options given."""
+    if isinstance(options, Options):
+        return options
+    return Options() if options is None else Options(options)

@@ -6,7 +6,7 @@ import typing
 import numpy
 
 from burin import _burin
-from burin._options import Options
+from burin._options import Options, as_options
 
 
 @dataclasses.dataclass
@@ -36,6 +36,11 @@ def load_scene(path, images="", masks=""):
     return _burin.load_scene(path, images, masks)
 
 
+def write_mesh(path, vertices, faces):
+    """Writes a mesh as PLY, OBJ or OFF, by the extension."""
+    _burin.write_mesh(path, numpy.asarray(vertices), numpy.asarray(faces))
+
+
 def refine(scene, vertices, faces, options: typing.Optional[Options] = None, callback=None):
     """The mesh that agrees better with the photographs, as `burin refine` finds it: a Refinement.
 
@@ -44,11 +49,12 @@ def refine(scene, vertices, faces, options: typing.Optional[Options] = None, cal
     when it returns False, the refinement ends with the mesh so far. Ctrl-C ends it with
     KeyboardInterrupt. Other Python threads run meanwhile.
     """
-    options = Options() if options is None else options
-    return Refinement(**_burin.refine(scene, vertices, faces, options._native, callback))
+    vertices, faces = numpy.asarray(vertices), numpy.asarray(faces)
+    return Refinement(
+        **_burin.refine(scene, vertices, faces, as_options(options)._native, callback))
 
 
 def select_pairs(scene, vertices, faces, options: typing.Optional[Options] = None):
     """The camera pairs that refine() would use: a Selection."""
-    options = Options() if options is None else options
-    return Selection(**_burin.select_pairs(scene, vertices, faces, options._native))
+    vertices, faces = numpy.asarray(vertices), numpy.asarray(faces)
+    return Selection(**_burin.select_pairs(scene, vertices, faces, as_options(options)._native))

@@ -77,6 +77,9 @@ def test_options_check_names_types_and_ranges():
         options.mask.mode = "nothing"
     with pytest.raises(TypeError):
         options.guard.levels = 1
+    for wrong in (None, [1], (), object()):
+        with pytest.raises(TypeError, match="level.rounds: must be a whole number"):
+            options["level.rounds"] = wrong
     with pytest.raises(AttributeError, match="level.turns"):
         options.level.turns = 3
     with pytest.raises(AttributeError, match="turns"):
@@ -182,10 +185,68 @@ def test_wrong_arrays_are_refused(scene, mesh):
             (vertices + 1e6, faces, "seen|views")):
         with pytest.raises(burin.InputError, match=message):
             burin.refine(scene, wrong_vertices, wrong_faces)
+    for vertex_type, face_type, message in (
+            (complex, int, "vertices: must be real numbers"), (float, float, "faces: must be whole"),
+            (bool, int, "vertices: must be real"), (float, complex, "faces: must be whole")):
+        with pytest.raises(burin.InputError, match=message):
+            burin.refine(scene, vertices.astype(vertex_type), faces.astype(face_type))
+    for wrong in (faces.astype(numpy.int64) + 2**32, faces.astype(numpy.int64) - 1):
+        with pytest.raises(burin.InputError, match="names vertex"):
+            burin.select_pairs(scene, vertices, wrong)
+    assert burin.select_pairs(scene, vertices.tolist(), faces.astype(numpy.uint16), {}).pairs
+    for pairs, message in (([(0, 0)], "one view twice"), ([(0, 1), (0, 1)], "appears twice")):
+        with pytest.raises(burin.InputError, match=message):
+            burin.Energy(scene, vertices, faces, pairs=pairs)
+    for level, message in ((-1, "level = -1: must be in"), (2000, "must be in"),
+                           (6, "smaller than the window")):
+        with pytest.raises(burin.InputError, match=message):
+            burin.Energy(scene, vertices, faces, level=level)
     with pytest.raises(burin.InputError, match="no view 9"):
         burin.Energy(scene, vertices, faces, pairs=[(0, 9)])
     with pytest.raises(burin.InputError, match="no such file"):
         burin.load_scene("/nowhere")
+
+
+def test_wrong_scenes_are_refused(scene):
+    def arrays():
+        views = range(len(scene))
+        return {"names": list(scene.names), "images": [scene.image(v).astype(float) for v in views],
+                "intrinsics": [scene.intrinsics(v) for v in views],
+                "rotations": [scene.rotation(v) for v in views],
+                "translations": [scene.translation(v) for v in views]}
+
+    assert len(burin.Scene(**arrays())) == len(scene)
+    for field, value, message in (
+            ("images", numpy.full((4, 4), numpy.nan), "finite"), ("images", numpy.ones(4), "shape"),
+            ("images", numpy.full((4, 4), 1e38), "within 1e6"),
+            ("images", numpy.ones((4, 4), complex), "real numbers"),
+            ("names", scene.names[0], "appears twice"), ("names", "", "no name of a file"),
+            ("names", "a\nb.png", "control character"),
+            ("translations", numpy.full(3, 1e300), "translation = 1e.300")):
+        wrong = arrays()
+        wrong[field][1] = value
+        with pytest.raises(burin.InputError, match=message):
+            burin.Scene(**wrong)
+
+
+def test_threads_may_share_an_energy(scene, mesh):
+    energy = burin.Energy(scene, *mesh, level=1)
+    points = [numpy.random.default_rng(k).normal(0, 0.5, energy.unknowns) for k in range(4)]
+    alone = [energy(x) for x in points]
+    wrong = []
+
+    def evaluate(k):
+        for _ in range(20):
+            value, gradient = energy(points[k])
+            if value != alone[k][0] or (gradient != alone[k][1]).any():
+                wrong.append(k)
+
+    threads = [threading.Thread(target=evaluate, args=(k,)) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not wrong
 
 
 @pytest.mark.parametrize("motion", ["normal", "free"])
