@@ -88,7 +88,7 @@ void WriteCheckpoint(const std::filesystem::path& path, const Checkpoint& checkp
                      {"hash", hash.Text()},
                      {"body", json::binary(std::move(body_bytes))}};
   const std::vector<uint8_t> bytes = json::to_cbor(file);
-  WriteTextAtomically(path, std::string(bytes.begin(), bytes.end()));
+  WriteTextDurably(path, std::string(bytes.begin(), bytes.end()));
 }
 
 Checkpoint ReadCheckpoint(const std::filesystem::path& path) {

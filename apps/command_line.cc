@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <iostream>
 #include <new>
 #include <string>
 #include <vector>
@@ -91,7 +92,12 @@ int ParseAndRun(int argc, const char* const* argv) {
 
 int RunCommandLine(int argc, const char* const* argv) {
   try {
-    return ParseAndRun(argc, argv);
+    const int code = ParseAndRun(argc, argv);
+    std::cout.flush();
+    if (code == kExitOk && !std::cout) {
+      return Fail("standard output: cannot be written", kExitBadInput);
+    }
+    return code;
   } catch (const InputError& error) {
     return Fail(error.what(), kExitBadInput);
   } catch (const Interrupted& interruption) {

@@ -18,6 +18,7 @@
 #include "core/atomic_file.h"
 #include "core/config.h"
 #include "core/error.h"
+#include "core/json_file.h"
 #include "core/mesh_io.h"
 #include "core/parallel.h"
 #include "core/stopwatch.h"
@@ -103,11 +104,14 @@ void CompareCommand::Run() {
 
   WriteTextAtomically(folder / "compare.csv", ComparisonCsv(comparison));
   for (const NamedChart& chart : ComparisonCharts(comparison)) {
-    std::filesystem::create_directories((folder / chart.file).parent_path());
+    const std::filesystem::path of_chart = (folder / chart.file).parent_path();
+    std::error_code error;
+    std::filesystem::create_directories(of_chart, error);
+    if (error) throw InputError(of_chart, "folder cannot be made: " + error.message());
     WriteTextAtomically(folder / chart.file, chart.svg);
   }
   WriteTextAtomically(folder / "config.toml", ConfigText(set));
-  WriteTextAtomically(folder / "compare.json", summary.dump(2) + "\n");
+  WriteTextAtomically(folder / "compare.json", JsonText(summary));
   std::cout << ComparisonTable(comparison) << "wrote " << (folder / "compare.csv").string() << ", "
             << (folder / "compare.json").string() << ", " << (folder / "compare.svg").string()
             << "\n";

@@ -1,5 +1,6 @@
 #include "apps/debug_images.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -29,7 +30,9 @@ void WriteDebugImages(const std::filesystem::path& folder, int level, const Roun
     WindowErrors(image, pair, options, nullptr).convertTo(without, CV_8U, 255);
     WindowErrors(image, pair, options, &masks).convertTo(with, CV_8U, 255);
     const std::string& second = names[domain.seconds[0]];
-    const std::string stem = std::filesystem::path(names[i]).stem().string();
+    // Views in different folders may have files of one name.
+    std::string stem = std::filesystem::path(names[i]).replace_extension().string();
+    std::replace(stem.begin(), stem.end(), '/', '_');
     WritePicture(folder / ("level" + std::to_string(level) + "_" + stem + ".png"),
                  SideBySide({grey, KeptTapsPicture(image, domain, masks), without, with},
                             {names[i], "valid taps, mask.mode " + options.mask.mode,

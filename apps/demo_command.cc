@@ -15,6 +15,7 @@
 #include "core/error.h"
 #include "core/evaluation.h"
 #include "core/formats/colmap.h"
+#include "core/json_file.h"
 #include "core/mesh_io.h"
 #include "core/picture.h"
 #include "core/pyramid.h"
@@ -105,7 +106,7 @@ void DemoCommand::Run() {
   const double before = RmseToTruthMesh(synthetic.init, synthetic.truth);
   const double after = RmseToTruthMesh(result.mesh, synthetic.truth);
   summary["rmse_to_truth"] = {{"before", before}, {"after", after}};
-  WriteTextAtomically(folder / "summary.json", summary.dump(2) + "\n");
+  WriteTextAtomically(folder / "summary.json", JsonText(summary));
 
   const Camera& camera = synthetic.scene.views[synthetic.scene.views.size() / 2].camera;
   WritePicture(folder / "shaded.png",

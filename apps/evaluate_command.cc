@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/evaluation_report.h"
 #include "core/formats/scene_loader.h"
+#include "core/json_file.h"
 #include "core/mesh_io.h"
 #include "core/options.h"
 #include "core/render.h"
@@ -92,7 +93,7 @@ struct EvaluateCommand {
       report += DepthReport(depths, unit);
       document["strecha"] = ToJson(depths);
     }
-    std::cout << (json ? document.dump(2) + "\n" : report);
+    std::cout << (json ? JsonText(document) : report);
   }
 };
 

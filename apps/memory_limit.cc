@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <string>
@@ -15,15 +16,17 @@ namespace {
 
 constexpr double kMib = 1024.0 * 1024.0;
 
+namespace fs = std::filesystem;
+
 // The number of a one-number file; infinity for "max" and where there is no such file.
-double BytesOfFile(const char* path) {
+double BytesOfFile(const fs::path& path) {
   std::ifstream file(path);
   double value = 0;
   return file >> value ? value : std::numeric_limits<double>::infinity();
 }
 
 // The number behind `key` in a file of such lines; `otherwise` when there is none.
-double ValueOf(const char* path, const std::string& key, double otherwise) {
+double ValueOf(const fs::path& path, const std::string& key, double otherwise) {
   std::ifstream file(path);
   std::string name;
   std::string rest;
@@ -33,16 +36,51 @@ double ValueOf(const char* path, const std::string& key, double otherwise) {
   return otherwise;
 }
 
-// What the limit of the process's control group leaves, MiB; infinity without one. Pages of files
-// count as used there but are given up when memory is short.
-double LeftOfGroupMib() {
-  const double limit = BytesOfFile("/sys/fs/cgroup/memory.max");
-  const double used = BytesOfFile("/sys/fs/cgroup/memory.current");
+// The names of a hierarchy of control groups.
+struct GroupFiles {
+  const char* root;
+  const char* limit;
+  const char* used;
+  const char* cache;  // key of memory.stat
+};
+constexpr GroupFiles kVersion1 = {"/sys/fs/cgroup/memory", "memory.limit_in_bytes",
+                                  "memory.usage_in_bytes", "total_cache"};
+constexpr GroupFiles kVersion2 = {"/sys/fs/cgroup", "memory.max", "memory.current", "file"};
+
+// What the limit of one group leaves, MiB; infinity without one. Pages of files count as used there but
+// are given up when memory is short.
+double LeftOfOneGroupMib(const fs::path& group, const GroupFiles& files) {
+  const double limit = BytesOfFile(group / files.limit);
+  const double used = BytesOfFile(group / files.used);
   if (!std::isfinite(limit) || !std::isfinite(used)) {
     return std::numeric_limits<double>::infinity();
   }
-  const double files = ValueOf("/sys/fs/cgroup/memory.stat", "file", 0);
-  return std::max(0.0, limit - (used - files)) / kMib;
+  const double cache = ValueOf(group / "memory.stat", files.cache, 0);
+  return std::max(0.0, limit - (used - cache)) / kMib;
+}
+
+// The least that the process's group and those above it leave. In a container the path of the group may
+// be one outside it: then only the root is there.
+double LeftOfGroupMib() {
+  double left = std::numeric_limits<double>::infinity();
+  std::ifstream lines("/proc/self/cgroup");
+  std::string line;
+  while (std::getline(lines, line)) {  // NUMBER:CONTROLLERS:PATH
+    const size_t first = line.find(':');
+    const size_t second = line.find(':', first + 1);
+    if (second == std::string::npos) continue;
+    const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",";
+    const bool is_version_2 = controllers == ",,";
+    if (!is_version_2 && controllers.find(",memory,") == std::string::npos) continue;
+    const GroupFiles& files = is_version_2 ? kVersion2 : kVersion1;
+    fs::path group = fs::path(line.substr(second + 1)).relative_path();
+    while (true) {
+      left = std::min(left, LeftOfOneGroupMib(files.root / group, files));
+      if (group.empty()) break;
+      group = group.parent_path();
+    }
+  }
+  return left;
 }
 
 std::string Gigabytes(double mib) {

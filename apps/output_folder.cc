@@ -1,5 +1,7 @@
 #include "apps/output_folder.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -27,9 +29,18 @@ OutputFolder::OutputFolder(std::filesystem::path path) : path_(std::move(path)) 
   if (access(path_.c_str(), W_OK | X_OK) != 0) {
     throw InputError(path_, std::string("folder cannot be written to: ") + std::strerror(errno));
   }
+  lock_ = open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  // Where the file system knows no locks, there is none.
+  if (lock_ >= 0 && flock(lock_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    close(lock_);
+    throw InputError(path_, "another run of burin writes to this folder");
+  }
 }
 
-OutputFolder::~OutputFolder() { RemoveEmpty(); }
+OutputFolder::~OutputFolder() {
+  RemoveEmpty();
+  if (lock_ >= 0) close(lock_);
+}
 
 void OutputFolder::RemoveEmpty() const {
   std::error_code not_empty;

@@ -8,8 +8,9 @@ namespace burin {
 
 class OutputFolder {
  public:
-  // Makes the folder, with its parents, where it does not exist. Throws InputError when the path is
-  // something else, cannot be made or cannot be written to.
+  // Makes the folder, with its parents, where it does not exist, and locks it until the end of this
+  // object. Throws InputError when the path is something else, cannot be made or cannot be written to,
+  // and when another process has locked it.
   explicit OutputFolder(std::filesystem::path path);
   // Folders that the constructor made and that are still empty are removed: a command that fails
   // leaves nothing behind.
@@ -24,6 +25,7 @@ class OutputFolder {
 
   std::filesystem::path path_;
   std::vector<std::filesystem::path> made_;  // innermost first
+  int lock_ = -1;                            // descriptor of the folder, locked
 };
 
 }  // namespace burin

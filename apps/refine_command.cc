@@ -5,6 +5,7 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "apps/checkpoint.h"
@@ -20,6 +21,7 @@
 #include "core/atomic_file.h"
 #include "core/config.h"
 #include "core/error.h"
+#include "core/json_file.h"
 #include "core/mesh_io.h"
 #include "core/parallel.h"
 #include "core/picture.h"
@@ -40,8 +42,10 @@ struct RefineCommand {
   bool debug_images = false;
   bool level_meshes = false;
   void Run();
+  std::vector<std::string> given;  // options of `set`, and --config, on the command line
   // Everything the command line would have given, from the checkpoint of --resume.
   void TakeFrom(const Checkpoint& checkpoint);
+  void RefuseToReplaceTheMesh(const std::filesystem::path& folder) const;
   Checkpoint FirstCheckpoint(const Scene& scene, const TriangleMesh& mesh,
                              const std::vector<CameraPair>& pairs) const;
   void WritePictures(const std::filesystem::path& folder, const Scene& scene,
@@ -81,8 +85,19 @@ std::string UndoneText(const LevelSummary& level) {
 
 // A run that has been finished in this folder and not begun anew.
 bool IsComplete(const std::filesystem::path& folder) {
-  return !std::filesystem::exists(CheckpointPath(folder)) &&
-         std::filesystem::exists(folder / "summary.json");
+  std::error_code error;
+  return !std::filesystem::exists(std::filesystem::symlink_status(CheckpointPath(folder), error)) &&
+         std::filesystem::exists(folder / "summary.json", error);
+}
+
+void MakeFolder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw InputError(folder, "folder cannot be made: " + error.message());
+}
+
+std::filesystem::path LevelPath(const std::filesystem::path& folder, int level) {
+  return folder / ("level_" + std::to_string(level) + ".ply");
 }
 
 void CheckUnchanged(const Checkpoint& checkpoint, const Scene& scene, const TriangleMesh& mesh) {
@@ -105,16 +120,14 @@ void RefineCommand::WritePictures(const std::filesystem::path& folder, const Sce
 }
 
 void RefineCommand::TakeFrom(const Checkpoint& checkpoint) {
-  PipelineOptions defaults;
-  OptionSet default_set;
-  defaults.Describe(&default_set);
-  defaults.threads = options.threads;
-  if (OptionsJson(set) != OptionsJson(default_set)) {
+  const int threads = options.threads;
+  const bool threads_given = given == std::vector<std::string>{"--run.threads"};
+  if (!given.empty() && !threads_given) {
     throw InputError("--resume: goes on with the options of the run in " + resume_path +
                      "; only --run.threads may be given");
   }
   ParseConfig(checkpoint.config, CheckpointPath(resume_path).string(), &set);
-  options.threads = defaults.threads;
+  if (threads_given) options.threads = threads;
   output_path = resume_path;
   source = checkpoint.source;
   mesh_path = checkpoint.mesh_path;
@@ -137,6 +150,21 @@ Checkpoint RefineCommand::FirstCheckpoint(const Scene& scene, const TriangleMesh
   return checkpoint;
 }
 
+// An interrupted run needs the mesh that it began with.
+void RefineCommand::RefuseToReplaceTheMesh(const std::filesystem::path& folder) const {
+  std::vector<std::filesystem::path> written = {folder / "refined.ply"};
+  for (int level = 0; level_meshes && level < 32; ++level)
+    written.push_back(LevelPath(folder, level));
+  for (const std::filesystem::path& file : written) {
+    std::error_code error;
+    if (std::filesystem::exists(file, error) &&
+        std::filesystem::equivalent(file, mesh_path, error)) {
+      throw InputError("--mesh: this run would write to " + file.string() +
+                       ": name another --output");
+    }
+  }
+}
+
 void RefineCommand::Run() {
   const Stopwatch watch;
   const StopSignals signals;
@@ -150,8 +178,13 @@ void RefineCommand::Run() {
     TakeFrom(checkpoint);
   }
   options.Check();
+  if (!options.pairs.file.empty()) {
+    options.pairs.file = std::filesystem::absolute(options.pairs.file).string();
+  }
+  SetThreadCount(options.threads);
   const OutputFolder output(output_path);
   const std::filesystem::path& folder = output.path();
+  RefuseToReplaceTheMesh(folder);
   MeshReport report;
   const TriangleMesh mesh = ReadMesh(mesh_path, &report);
   RunInputs inputs;
@@ -175,9 +208,7 @@ void RefineCommand::Run() {
                 std::to_string(scene.points.size()) + " points; mesh: " + report.Brief());
   std::vector<std::string> names;
   for (const View& view : scene.views) names.push_back(view.name);
-  if (debug_images) std::filesystem::create_directories(folder / "debug");
   const std::filesystem::path checkpoint_path = CheckpointPath(folder);
-  SetThreadCount(options.threads);
   const Stopwatch selection_watch;
   const PairSelection selection = SelectPairs(scene, mesh, options.pairs);
   const double selection_seconds = selection_watch.Seconds();
@@ -199,7 +230,7 @@ void RefineCommand::Run() {
   hooks.on_level = [&](const LevelSummary& level, const TriangleMesh& now) {
     if (level.undone) progress.Line(UndoneText(level));
     if (!level_meshes) return;
-    WriteMesh(folder / ("level_" + std::to_string(level.level) + ".ply"), now);
+    WriteMesh(LevelPath(folder, level.level), now);
   };
   hooks.on_state = [&](const RefinementState& state) {
     checkpoint.state = state;
@@ -209,13 +240,21 @@ void RefineCommand::Run() {
                        const RoundSummary& round) {
     progress.Line(RoundText(context, now, round));
     if (debug_images && round.round == 0) {
+      MakeFolder(folder / "debug");
       const int level = static_cast<int>(std::lround(std::log2(
           static_cast<double>(scene.views[0].camera.width) / (*context.views)[0].camera.width)));
       WriteDebugImages(folder / "debug", level, context, options.photo, names);
     }
   };
-  PipelineResult result =
-      RunPipeline(scene, mesh, options, hooks, &selection, start.has_value() ? &*start : nullptr);
+  PipelineResult result;
+  try {
+    result =
+        RunPipeline(scene, mesh, options, hooks, &selection, start.has_value() ? &*start : nullptr);
+  } catch (const InputError&) {
+    // Nothing to go on from: it would fail again.
+    if (!checkpoint.state.has_value()) std::filesystem::remove(checkpoint_path);
+    throw;
+  }
   result.selection_seconds = selection_seconds;
   for (const std::string& warning : result.selection.warnings) {
     progress.Line("no partner: " + warning);
@@ -227,13 +266,13 @@ void RefineCommand::Run() {
   WriteTextAtomically(folder / "config.toml", ConfigText(set));
   if (pictures) WritePictures(folder, scene, mesh, result.mesh);
   nlohmann::ordered_json summary = SummaryJson(inputs, options, result, watch.Seconds());
-  summary["complete"] = signals.Caught() == 0;
-  WriteTextAtomically(folder / "summary.json", summary.dump(2) + "\n");
-  if (signals.Caught() != 0) {
-    throw Interrupted(signals.Caught(),
-                      (folder / "refined.ply").string() +
-                          " is the mesh so far; to go on: burin refine --resume " +
-                          folder.string());
+  const int caught = signals.Caught();
+  summary["complete"] = caught == 0;
+  WriteTextAtomically(folder / "summary.json", JsonText(summary));
+  if (caught != 0) {
+    throw Interrupted(caught, (folder / "refined.ply").string() +
+                                  " is the mesh so far; to go on: burin refine --resume " +
+                                  folder.string());
   }
   std::filesystem::remove(checkpoint_path);
   std::cout << "wrote " << (folder / "refined.ply").string() << ": " << result.mesh.vertices.size()
@@ -279,7 +318,18 @@ void AddRefineCommand(CLI::App* program) {
   for (CLI::Option* source : sources) resume->excludes(source);
   BindOptions(&command->set, app, {}, [command] { command->options.Check(); });
   app->callback(
-      [command, required = std::vector<CLI::Option*>{sources[0], mesh, output}, mesh, resume] {
+      [app, command, required = std::vector<CLI::Option*>{sources[0], mesh, output}, mesh, resume] {
+        if (!resume->empty() && command->resume_path.empty()) {
+          throw InputError("--resume: must name a folder");
+        }
+        if (!mesh->empty() && command->mesh_path.empty()) {
+          throw InputError("--mesh: must name a file");
+        }
+        for (const CLI::Option* option : app->get_options()) {
+          const std::string name = option->get_name();
+          const bool of_run = name == "--config" || command->set.Find(name.substr(2)) != nullptr;
+          if (option->count() > 0 && of_run) command->given.push_back(name);
+        }
         if (mesh->empty()) command->mesh_path = MeshBeside(command->source.scene).string();
         for (const CLI::Option* input : required) {
           const bool found = input == mesh && !command->mesh_path.empty();

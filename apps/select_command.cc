@@ -16,6 +16,7 @@
 #include "core/atomic_file.h"
 #include "core/config.h"
 #include "core/error.h"
+#include "core/json_file.h"
 #include "core/mesh_io.h"
 #include "core/parallel.h"
 #include "core/picture.h"
@@ -81,7 +82,7 @@ void SelectCommand::Run() {
     WritePicture(folder / "energy_matrix.png",
                  EnergyMatrixPicture(scene, PairEnergyTable(survey, recipe), selection.pairs));
   }
-  WriteTextAtomically(folder / "pairs.json", PairsJson(scene, survey, selection).dump(2) + "\n");
+  WriteTextAtomically(folder / "pairs.json", JsonText(PairsJson(scene, survey, selection)));
   const auto swaps = std::count_if(selection.swaps.begin(), selection.swaps.end(),
                                    [](const SwapTrial& trial) { return trial.accepted; });
   std::cout << "wrote " << (folder / "pairs.json").string() << ": " << recipe.method << ", "

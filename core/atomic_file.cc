@@ -1,5 +1,6 @@
 #include "core/atomic_file.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -11,6 +12,22 @@ namespace burin {
 namespace {
 
 constexpr char kMark[] = ".burin-tmp";
+
+void WriteWhole(const std::filesystem::path& path, const std::string& text,
+                const std::filesystem::path& target) {
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  file.close();
+  if (!file) throw InputError(target, "cannot be written");
+}
+
+// A file, or the entries of a folder. Some file systems cannot: then there is nothing more to do.
+void Sync(const std::filesystem::path& path) {
+  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  fsync(descriptor);
+  close(descriptor);
+}
 
 }  // namespace
 
@@ -35,12 +52,16 @@ void WriteAtomically(const std::filesystem::path& target,
 }
 
 void WriteTextAtomically(const std::filesystem::path& target, const std::string& text) {
+  WriteAtomically(
+      target, [&](const std::filesystem::path& temporary) { WriteWhole(temporary, text, target); });
+}
+
+void WriteTextDurably(const std::filesystem::path& target, const std::string& text) {
   WriteAtomically(target, [&](const std::filesystem::path& temporary) {
-    std::ofstream file(temporary, std::ios::binary);
-    file << text;
-    file.close();
-    if (!file) throw InputError(target, "cannot be written");
+    WriteWhole(temporary, text, target);
+    Sync(temporary);
   });
+  Sync(std::filesystem::absolute(target).parent_path());
 }
 
 void RemoveTemporaries(const std::filesystem::path& folder) {

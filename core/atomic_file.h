@@ -17,6 +17,9 @@ void WriteAtomically(const std::filesystem::path& target,
 // The same for text that is at hand.
 void WriteTextAtomically(const std::filesystem::path& target, const std::string& text);
 
+// The same, on the disk when it returns, so that it outlasts a power cut.
+void WriteTextDurably(const std::filesystem::path& target, const std::string& text);
+
 // Removes what a process that was killed while it wrote has left in `folder`.
 void RemoveTemporaries(const std::filesystem::path& folder);
 

@@ -255,7 +255,9 @@ std::string Quoted(const std::string& text) {
 }  // namespace
 
 void ReadConfig(const std::filesystem::path& path, OptionSet* set) {
-  if (std::filesystem::is_directory(path)) throw InputError(path, "is a folder, not a config file");
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error))
+    throw InputError(path, "is a folder, not a config file");
   errno = 0;
   std::ifstream file(path, std::ios::binary);
   if (!file) throw InputError(path, std::string("cannot be read: ") + std::strerror(errno));

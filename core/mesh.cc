@@ -107,7 +107,12 @@ std::vector<char> BoundaryVertices(const TriangleMesh& mesh, const Adjacency& fa
 
 Eigen::AlignedBox3d BoundingBox(const TriangleMesh& mesh) {
   Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& vertex : mesh.vertices) box.extend(vertex);
+  for (const Eigen::Vector3i& face : mesh.faces) {
+    for (const int v : face) box.extend(mesh.vertices[v]);
+  }
+  if (mesh.faces.empty()) {
+    for (const Eigen::Vector3d& vertex : mesh.vertices) box.extend(vertex);
+  }
   return box;
 }
 

@@ -38,10 +38,11 @@ std::vector<Eigen::Vector3d> VertexNormals(const TriangleMesh& mesh, const Adjac
 // Vertices on an edge that has one face only (true = on the boundary).
 std::vector<char> BoundaryVertices(const TriangleMesh& mesh, const Adjacency& faces);
 
-// Axis-aligned bounding box of the vertices; empty for an empty mesh.
+// Axis-aligned bounding box of the vertices that a face has, or of all where there is no face; empty for
+// an empty mesh.
 Eigen::AlignedBox3d BoundingBox(const TriangleMesh& mesh);
 
-// Diagonal of the axis-aligned bounding box of the vertices; 0 for an empty mesh.
+// Diagonal of BoundingBox; 0 for an empty mesh.
 double BoundingDiagonal(const TriangleMesh& mesh);
 
 }  // namespace burin

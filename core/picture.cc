@@ -67,15 +67,16 @@ cv::Mat3b SideBySide(const std::vector<cv::Mat>& pictures,
 }
 
 void WritePicture(const std::filesystem::path& path, const cv::Mat& picture) {
-  WriteAtomically(path, [&](const std::filesystem::path& temporary) {
-    bool written = false;
-    try {
-      written = cv::imwrite(temporary.string(), picture);
-    } catch (const cv::Exception&) {
-      throw InputError(path, "extension: must be of a picture format, for example .png");
-    }
-    if (!written) throw InputError(path, "cannot be written");
-  });
+  // Encoded in memory: imwrite does not notice when the disk is full.
+  std::vector<unsigned char> bytes;
+  bool encoded = false;
+  try {
+    encoded = cv::imencode(path.extension().string(), picture, bytes);
+  } catch (const cv::Exception&) {
+    encoded = false;
+  }
+  if (!encoded) throw InputError(path, "extension: must be of a picture format, for example .png");
+  WriteTextAtomically(path, std::string(bytes.begin(), bytes.end()));
 }
 
 }  // namespace burin

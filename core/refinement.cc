@@ -309,7 +309,7 @@ void CoarseToFine::RunRound() {
   if (summary.pair_pixels == 0) {
     throw InputError("no camera pair sees a common part of the mesh at level " +
                      std::to_string(state_.level) +
-                     ": every facet is out of view, hidden or seen from behind");
+                     ": every facet is out of view, hidden, masked or seen from behind");
   }
   const std::vector<Eigen::Vector3d> before = mesh_.vertices;
   std::vector<Eigen::Vector3d> positions = Solve(&summary);

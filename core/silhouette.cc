@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <system_error>
@@ -73,16 +74,26 @@ std::vector<cv::Mat1f> ReadDepthMaps(const std::filesystem::path& folder, const 
                                      double png_unit) {
   std::vector<cv::Mat1f> maps(scene.views.size());
   bool any = false;
+  std::map<std::filesystem::path, int> files_of_name;
+  for (const View& view : scene.views) {
+    ++files_of_name[std::filesystem::path(view.name).replace_extension().filename()];
+  }
   for (size_t i = 0; i < scene.views.size(); ++i) {
-    const std::string stem = std::filesystem::path(scene.views[i].name).stem().string();
-    std::filesystem::path path = folder / (stem + ".tiff");
-    std::error_code error;
+    const std::filesystem::path name =
+        std::filesystem::path(scene.views[i].name).replace_extension();
+    std::filesystem::path path;
     double unit = 1;
-    if (!std::filesystem::exists(path, error)) {
-      path = folder / (stem + "_depth.png");
-      unit = png_unit;
+    for (const std::filesystem::path& stem : {name, name.filename()}) {
+      if (stem != name && files_of_name[stem] > 1) continue;  // whose would it be?
+      for (const char* ending : {".tiff", "_depth.png"}) {
+        const std::filesystem::path file = folder / (stem.string() + ending);
+        std::error_code error;
+        if (!path.empty() || !std::filesystem::exists(file, error)) continue;
+        path = file;
+        unit = file.extension() == ".png" ? png_unit : 1;
+      }
     }
-    if (!std::filesystem::exists(path, error)) continue;
+    if (path.empty()) continue;
     const cv::Mat map = cv::imread(path.string(), cv::IMREAD_UNCHANGED);
     if (map.empty() || map.channels() != 1) {
       throw InputError(path, "is not a readable depth map with one channel");

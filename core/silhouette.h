@@ -28,7 +28,8 @@ std::vector<char> NearSilhouettes(const std::vector<Eigen::Vector3d>& points,
                                   const SilhouetteOptions& options);
 
 // Depth maps of the views of a scene from a folder, for a view called NAME.jpg: NAME.tiff (32-bit
-// float, world units; as `burin synth` writes them) or NAME_depth.png (16 bits, times `png_unit`).
+// float, world units; as `burin synth` writes them) or NAME_depth.png (16 bits, times `png_unit`); the
+// folders in NAME may be left out where no two views have one file name.
 // A view without a map gets an empty one. Throws InputError when there is none at all, or one that
 // cannot be read or has another shape than the view's image.
 std::vector<cv::Mat1f> ReadDepthMaps(const std::filesystem::path& folder, const Scene& scene,

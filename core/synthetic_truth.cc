@@ -4,6 +4,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/json_file.h"
 #include "core/point_cloud_io.h"
 #include "core/synthetic.h"
 
@@ -11,15 +12,9 @@ namespace burin {
 namespace {
 
 void WriteDepth(const std::filesystem::path& path, const cv::Mat1f& depth) {
-  WriteAtomically(path, [&](const std::filesystem::path& temporary) {
-    bool written = false;
-    try {
-      written = cv::imwrite(temporary.string(), depth);
-    } catch (const cv::Exception&) {
-      written = false;
-    }
-    if (!written) throw InputError(path, "cannot be written");
-  });
+  std::vector<unsigned char> bytes;
+  if (!cv::imencode(".tiff", depth, bytes)) throw InputError(path, "cannot be encoded");
+  WriteTextAtomically(path, std::string(bytes.begin(), bytes.end()));
 }
 
 }  // namespace
@@ -48,7 +43,7 @@ void WriteSyntheticTruth(const SyntheticScene& synthetic, const std::filesystem:
   json["footprint_unit"] = "world units per pixel at the scene's centre";
   json["depth_unit"] = "world units along the camera's z axis at pixel centres, 0 = no surface";
   json["truth_point_count"] = synthetic.truth_points.size();
-  WriteTextAtomically(folder / "synth.json", json.dump(2) + "\n");
+  WriteTextAtomically(folder / "synth.json", JsonText(json));
 }
 
 }  // namespace burin

@@ -42,7 +42,9 @@ HeldBackVerdict CompareScores(const std::vector<FacetScore>& before,
   for (int b = 0; b < kBatches; ++b) {
     const double residual = changes[b] - weights[b] * mean;
     square += residual * residual;
+    if (weights[b] > 0) ++verdict.batches;
   }
+  if (verdict.batches > 1) square *= verdict.batches / (verdict.batches - 1.0);
   verdict.standard_error = std::sqrt(square) / verdict.windows;
   return verdict;
 }

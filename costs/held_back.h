@@ -8,7 +8,7 @@
 //
 // so that both are scored on the same piece of surface; facets that one of them leaves without
 // windows do not count. The change is the mean of e(after) - e(before) over facets, weighted by the
-// smaller sum of omega; its standard error comes from the spread over batches of neighbouring facets.
+// smaller sum of omega; its standard error comes from the spread over 64 batches of neighbouring facets.
 #pragma once
 
 #include <vector>
@@ -23,8 +23,10 @@ struct HeldBackVerdict {
   double after = 0;
   double standard_error = 0;  // of after - before
   double windows = 0;         // sum of the weights
-  // By more than two standard errors: pairs that do not correlate on either mesh say nothing.
-  bool Worse() const { return after - before > 2 * standard_error; }
+  int batches = 0;            // with windows, of which the standard error is
+  // By more than two standard errors: pairs that do not correlate on either mesh say nothing. Nor does
+  // what lies in a few batches, whose spread is no measure.
+  bool Worse() const { return batches >= 8 && after - before > 2 * standard_error; }
 };
 
 // By facet; neighbouring facets have neighbouring indices.

@@ -34,9 +34,13 @@ void PairsOptions::Describe(OptionSet* set) {
   set->Add("pairs.file", &file, "Pairs for the method file: pairs.json of burin select");
   set->Add("pairs.per_camera", &per_camera, "Partners of each camera at most", 1, 1000);
   set->Add("pairs.min_parallax_deg", &min_parallax_deg,
-           "Smallest parallax that counts, degrees; -1 = the method's own; not for paper", -1, 180);
+           "Smallest parallax that counts, degrees; -1 = the method's own; for vu, tola, "
+           "sparse_points and mesh_parallax",
+           -1, 180);
   set->Add("pairs.max_parallax_deg", &max_parallax_deg,
-           "Largest parallax that counts, degrees; -1 = the method's own; not for paper", -1, 180);
+           "Largest parallax that counts, degrees; -1 = the method's own; for vu, tola, "
+           "sparse_points and mesh_parallax",
+           -1, 180);
   set->Add("pairs.survey_px", &survey_px,
            "Longer side of the images over which methods by mesh integrate, pixels", 8, 65536);
   set->Add("pairs.min_overlap", &min_overlap,

@@ -50,6 +50,13 @@ TEST_F(CliTest, UsageErrorsAreOneLineAndExitCode2) {
   ExpectRefused({"synth\nsecond line"}, {"unknown command"});
 }
 
+TEST_F(CliTest, OutputThatGoesNowhereIsAFailure) {
+  const std::string command =
+      std::string(BURIN_PROGRAM) + " solvers >/dev/full 2>'" + In("err.txt") + "'";
+  EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 2);
+  EXPECT_EQ(ReadAll(In("err.txt")), "burin: error: standard output: cannot be written\n");
+}
+
 TEST_F(CliTest, OptionsOutOfRangeNameFlagAndConstraint) {
   ExpectRefused({"synth", "--output", In("s"), "--synth.width", "0"},
                 {"--synth.width 0: must be a whole number in [16, 8192]"});
@@ -347,6 +354,52 @@ TEST_F(RefineErrorsTest, Scenes) {
 
   std::filesystem::remove(folder_ / "scene/sparse/images.txt");
   ExpectRefineRefused(init, {"images.txt"});
+}
+
+// A run that fails after its work has begun leaves no folder either.
+TEST_F(RefineErrorsTest, FailedRunsLeaveNothing) {
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{"--level.border_px", "1000"},
+        std::vector<std::string>{"--debug.images", "--pairs.method", "vu",
+                                 "--pairs.min_parallax_deg", "170", "--pairs.max_parallax_deg",
+                                 "175"},
+        std::vector<std::string>{"--solver.type", "bfgs", "--level.max_facet_px", "0.5",
+                                 "--motion.type", "free"}}) {
+    std::vector<std::string> arguments = {"refine",   In("scene"), "--mesh", In("scene/init.ply"),
+                                          "--output", In("out")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    EXPECT_EQ(Run(arguments).exit_code, 2) << more[0];
+    EXPECT_FALSE(std::filesystem::exists(In("out"))) << more[0];
+  }
+}
+
+// Names are bytes; reports of them are UTF-8.
+TEST_F(RefineErrorsTest, NamesThatAreNotUtf8) {
+  const std::string scene = In("caf\xe9");
+  std::filesystem::rename(In("scene"), scene);
+  const Outcome outcome = Run({"refine", scene, "--mesh", scene + "/init.ply", "--output",
+                               In("out"), "--level.count", "1", "--level.rounds", "1"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto summary = nlohmann::json::parse(ReadAll(folder_ / "out/summary.json"));
+  EXPECT_THAT(summary["input"]["scene"].get<std::string>(), HasSubstr("caf\xef\xbf\xbd"));
+}
+
+// A vertex that no face has takes no part, wherever it is.
+TEST_F(RefineErrorsTest, AStrayVertexChangesNothing) {
+  const std::string square = "-0.8 -0.8 0\n0.8 -0.8 0\n0.8 0.8 0\n-0.8 0.8 0\n";
+  const std::string faces = "3 0 1 2\n3 0 2 3\n";
+  std::vector<double> energies;
+  for (const char* stray : {"0 0 0", "1e8 -1e9 0"}) {
+    const std::string name = "stray" + std::to_string(energies.size());
+    const Outcome outcome =
+        Run({"refine", In("scene"), "--mesh",
+             Write(name + ".off", "OFF\n5 2 0\n" + square + stray + "\n" + faces), "--output",
+             In(name), "--level.count", "1", "--level.rounds", "1"});
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const auto summary = nlohmann::json::parse(ReadAll(In(name + "/summary.json")));
+    energies.push_back(summary["levels"][0]["rounds"][0]["energy_final"]["total"].get<double>());
+  }
+  EXPECT_NEAR(energies[0], energies[1], 1e-6 * energies[0]);
 }
 
 TEST_F(RefineErrorsTest, NothingIsWrongWithTheSceneItself) {

@@ -159,12 +159,24 @@ TEST(HeldBack, AChangeWithinItsErrorIsNoReason) {
   HeldBackVerdict verdict;
   verdict.before = 0.5;
   verdict.standard_error = 0.01;
+  verdict.batches = 64;
   for (const double change : {-0.1, 0.0, 0.019}) {
     verdict.after = verdict.before + change;
     EXPECT_FALSE(verdict.Worse()) << change;
   }
   verdict.after = verdict.before + 0.021;
   EXPECT_TRUE(verdict.Worse());
+  // All in one batch, whose spread around its own mean is zero.
+  std::vector<FacetScore> before(640);
+  std::vector<FacetScore> after(640);
+  for (int f = 0; f < 10; ++f) {
+    before[f] = {1.0, 2.0};
+    after[f] = {1.1, 2.0};
+  }
+  verdict = CompareScores(before, after);
+  EXPECT_NEAR(verdict.after - verdict.before, 0.05, 1e-12);
+  EXPECT_EQ(verdict.batches, 1);
+  EXPECT_FALSE(verdict.Worse());
 }
 
 TEST(Guard, AnUndoneLevelLeavesTheSurfaceOfItsStart) {

@@ -156,6 +156,51 @@ TEST_F(ResumeTest, KilledTwentyTimesItLosesAtMostTheRoundInWork) {
   EXPECT_EQ(Files("killed"), Files("whole"));
 }
 
+// What the run was given holds from any folder, and its own number of threads.
+TEST_F(ResumeTest, GoesOnFromAnyFolderWithTheSameSettings) {
+  ASSERT_EQ(Run({"select", In("scene"), "--mesh", In("scene/init.ply"), "--output", In("pairs"),
+                 "--no-pictures"})
+                .exit_code,
+            0);
+  const std::filesystem::path here = std::filesystem::current_path();
+  std::filesystem::current_path(In("."));
+  std::vector<std::string> arguments = Refine("run");
+  for (const char* more :
+       {"--pairs.method", "file", "--pairs.file", "pairs/pairs.json", "--run.threads", "1"}) {
+    arguments.emplace_back(more);
+  }
+  const pid_t child = Start(arguments);
+  WaitForRounds(1);
+  kill(child, SIGINT);
+  Wait(child);
+  std::filesystem::current_path(here);
+  const Outcome resumed = Run(Resume("run"));
+  ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+  const auto summary = nlohmann::json::parse(ReadAll(In("run/summary.json")));
+  EXPECT_EQ(summary["options"]["run.threads"], 1);
+  EXPECT_EQ(summary["options"]["pairs.file"], In("pairs/pairs.json"));
+}
+
+// Neither by a second run nor by itself does a run lose what it needs to go on.
+TEST_F(ResumeTest, TheFolderAndTheMeshOfARunAreItsOwn) {
+  const pid_t child = Start(Refine("run"));
+  WaitForRounds(1);
+  kill(child, SIGSTOP);
+  // Not with Run, which would take the first one's output.
+  const std::string command = std::string(BURIN_PROGRAM) + " refine '" + In("scene") +
+                              "' --mesh '" + In("scene/init.ply") + "' --output '" + In("run") +
+                              "' 2>'" + In("second.txt") + "'";
+  EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 2);
+  EXPECT_THAT(ReadAll(In("second.txt")), HasSubstr("run: another run of burin writes to this"));
+  kill(child, SIGCONT);
+  EXPECT_EQ(Wait(child).exit_code, 0);
+  std::vector<std::string> again = Refine("run");
+  again[3] = In("run/refined.ply");
+  const std::string mesh = Mesh("run");
+  ExpectRefused(again, {"--mesh: this run would write to", "refined.ply"});
+  EXPECT_EQ(Mesh("run"), mesh);
+}
+
 TEST_F(ResumeTest, WhatCannotBeResumedIsRefused) {
   ExpectRefused(Resume("none"), {"none/checkpoint.cbor: file is missing"});
   std::vector<std::string> arguments = Resume("none");
@@ -165,9 +210,17 @@ TEST_F(ResumeTest, WhatCannotBeResumedIsRefused) {
   WaitForRounds(1);
   kill(child, SIGTERM);
   EXPECT_EQ(Wait(child).exit_code, 143);
-  arguments = Resume("run");
-  arguments.insert(arguments.end(), {"--photo.window", "7"});
-  ExpectRefused(arguments, {"only --run.threads may be given"});
+  // Other options, with their default value too, and files of options.
+  const std::string config = Write("options.toml", "[run]\nthreads = 1\n");
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{"--photo.window", "7"},
+        std::vector<std::string>{"--smooth.weight", "60", "--run.threads", "2"},
+        std::vector<std::string>{"--config", config}}) {
+    arguments = Resume("run");
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    ExpectRefused(arguments, {"only --run.threads may be given"});
+  }
+  ExpectRefused({"refine", "--resume", ""}, {"--resume: must name a folder"});
   const std::string whole = ReadAll(In("run/checkpoint.cbor"));
   std::filesystem::rename(In("scene/init.ply"), In("init.ply"));
   std::filesystem::copy_file(In("scene/truth.ply"), In("scene/init.ply"));
