@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <regex>
+#include <cstdlib>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -36,15 +36,25 @@ fs::path ListFile(const fs::path& bundle) {
   throw InputError(folder / "list.txt", "file is missing: it has the names of the photographs");
 }
 
+// A line of list.txt is NAME or NAME 0 FOCAL; names may have blanks.
+std::string WithoutFocalLength(const std::string& line) {
+  constexpr char kBlank[] = " \t\r";
+  const size_t focal = line.find_last_of(kBlank);
+  if (focal == std::string::npos) return line;
+  char* end = nullptr;
+  std::strtod(line.c_str() + focal + 1, &end);
+  const size_t zero = line.find_last_not_of(kBlank, focal);
+  if (*end != '\0' || zero == std::string::npos || zero == 0 || line[zero] != '0') return line;
+  const size_t name = line.find_last_not_of(kBlank, zero - 1);
+  return name == std::string::npos || name + 1 == zero ? line : line.substr(0, name + 1);
+}
+
 std::vector<std::string> ReadNames(const fs::path& path) {
   TextLines lines(path);
   std::vector<std::string> names;
   while (lines.NextElement()) {
     std::string& name = names.emplace_back(lines.Rest("image name"));
-    // NAME, or NAME 0 FOCAL; names may have blanks.
-    std::smatch parts;
-    static const std::regex kWithFocal(R"((.*\S)\s+0(\s+[0-9.eE+-]+)?)");
-    if (std::regex_match(name, parts, kWithFocal)) name = parts[1].str();
+    name = WithoutFocalLength(name);
     std::replace(name.begin(), name.end(), '\\', '/');
   }
   return names;
