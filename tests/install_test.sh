@@ -19,8 +19,10 @@ for command in refine select convert evaluate synth; do
   grep -q "^\.B $command$" "$work/prefix/share/man/man1/burin.1" || { echo "no $command"; exit 1; }
 done
 cp -r "$source/docs/examples/extension" "$work/extension"
+# With the flags of the build: what has a sanitizer is linked with one.
+flags="$(sed -n 's/^CMAKE_CXX_FLAGS:[A-Z]*=//p' "$build/CMakeCache.txt")"
 cmake -S "$work/extension" -B "$work/build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
-  -DCMAKE_PREFIX_PATH="$work/prefix" >"$work/configured" 2>&1 || { cat "$work/configured"; exit 1; }
+  -DCMAKE_CXX_FLAGS="$flags" -DCMAKE_PREFIX_PATH="$work/prefix" >"$work/configured" 2>&1 || { cat "$work/configured"; exit 1; }
 cmake --build "$work/build" >"$work/built" 2>&1 || { cat "$work/built"; exit 1; }
 "$work/prefix/bin/burin" synth --output "$work/scene" --synth.width 160 --synth.height 120 \
   --synth.views 4 --synth.truth_point_count 1000 >/dev/null
