@@ -52,7 +52,7 @@ TEST_F(CliTest, UsageErrorsAreOneLineAndExitCode2) {
 
 TEST_F(CliTest, OutputThatGoesNowhereIsAFailure) {
   const std::string command =
-      std::string(BURIN_PROGRAM) + " solvers >/dev/full 2>'" + In("err.txt") + "'";
+      "'" + std::string(BURIN_PROGRAM) + "' solvers >/dev/full 2>'" + In("err.txt") + "'";
   EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 2);
   EXPECT_EQ(ReadAll(In("err.txt")), "burin: error: standard output: cannot be written\n");
 }
