@@ -104,10 +104,7 @@ void CompareCommand::Run() {
 
   WriteTextAtomically(folder / "compare.csv", ComparisonCsv(comparison));
   for (const NamedChart& chart : ComparisonCharts(comparison)) {
-    const std::filesystem::path of_chart = (folder / chart.file).parent_path();
-    std::error_code error;
-    std::filesystem::create_directories(of_chart, error);
-    if (error) throw InputError(of_chart, "folder cannot be made: " + error.message());
+    MakeFolder((folder / chart.file).parent_path());
     WriteTextAtomically(folder / chart.file, chart.svg);
   }
   WriteTextAtomically(folder / "config.toml", ConfigText(set));

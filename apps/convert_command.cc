@@ -5,9 +5,11 @@
 #include <memory>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include "apps/commands.h"
 #include "apps/scene_arguments.h"
+#include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/formats/colmap.h"
 #include "core/formats/openmvs.h"
@@ -34,16 +36,6 @@ void RefuseExisting(const fs::path& file) {
   if (fs::exists(fs::symlink_status(file, error))) ThrowExists(file);
 }
 
-void RefuseColmapModel(const fs::path& workspace) {
-  for (const char* name : {"cameras", "images", "points3D"}) {
-    for (const char* extension : {".bin", ".txt"}) {
-      for (const char* folder : {"sparse", "sparse/0"}) {
-        RefuseExisting(workspace / folder / (std::string(name) + extension));
-      }
-    }
-  }
-}
-
 fs::path MaskPath(const fs::path& folder, const View& view) {
   return folder / "masks" / (view.name + ".png");
 }
@@ -54,15 +46,6 @@ bool HasMask(const fs::path& folder, const View& view) {
   if (!fs::exists(MaskPath(folder, view), error)) return false;
   const cv::Mat there = ReadGrayImage(MaskPath(folder, view)) != 0;
   return there.size() == view.mask.size() && cv::norm(there, view.mask != 0, cv::NORM_INF) == 0;
-}
-
-void WriteMask(const fs::path& folder, const View& view) {
-  if (view.mask.empty() || HasMask(folder, view)) return;
-  const fs::path target = MaskPath(folder, view);
-  std::error_code error;
-  fs::create_directories(target.parent_path(), error);
-  if (error) throw InputError(target.parent_path(), "folder cannot be made: " + error.message());
-  WriteGrayImage(view.mask, target);
 }
 
 void ConvertCommand::Run() const {
@@ -89,16 +72,23 @@ void ConvertCommand::Run() const {
       to_openmvs ? folder / (target.stem().string() + "_mesh.ply") : folder / "mesh.ply";
   // Whatever can be wrong is found before anything is written.
   CheckPhotographTargets(posed, folder / "images", overwrite);
+  std::vector<const View*> masked;  // whose mask is not there yet
+  for (const View& view : scene.views) {
+    if (!view.mask.empty() && !HasMask(folder, view)) masked.push_back(&view);
+  }
   if (!overwrite) {
     if (to_openmvs) RefuseExisting(target);
-    if (!to_openmvs) RefuseColmapModel(target);
-    if (!mesh.empty()) RefuseExisting(beside);
-    for (const View& view : scene.views) {
-      if (!view.mask.empty() && !HasMask(folder, view)) RefuseExisting(MaskPath(folder, view));
+    if (!to_openmvs) {
+      for (const fs::path& file : ColmapModelFiles(target)) RefuseExisting(file);
     }
+    if (!mesh.empty()) RefuseExisting(beside);
+    for (const View* view : masked) RefuseExisting(MaskPath(folder, *view));
   }
   WritePhotographs(posed, folder / "images");
-  for (const View& view : scene.views) WriteMask(folder, view);
+  for (const View* view : masked) {
+    MakeFolder(MaskPath(folder, *view).parent_path());
+    WriteGrayImage(view->mask, MaskPath(folder, *view));
+  }
   std::string written = target.string();
   if (to_openmvs) {
     WriteOpenMvs(scene, target);

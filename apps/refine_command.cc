@@ -90,12 +90,6 @@ bool IsComplete(const std::filesystem::path& folder) {
          std::filesystem::exists(folder / "summary.json", error);
 }
 
-void MakeFolder(const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw InputError(folder, "folder cannot be made: " + error.message());
-}
-
 std::filesystem::path LevelPath(const std::filesystem::path& folder, int level) {
   return folder / ("level_" + std::to_string(level) + ".ply");
 }

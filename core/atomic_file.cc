@@ -31,6 +31,12 @@ void Sync(const std::filesystem::path& path) {
 
 }  // namespace
 
+void MakeFolder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw InputError(folder, "folder cannot be made: " + error.message());
+}
+
 void WriteAtomically(const std::filesystem::path& target,
                      const std::function<void(const std::filesystem::path&)>& write) {
   std::filesystem::path temporary = target;

@@ -8,6 +8,9 @@
 
 namespace burin {
 
+// Makes a folder, with its parents, where it does not exist. Throws InputError when it cannot be made.
+void MakeFolder(const std::filesystem::path& folder);
+
 // Calls write(temporary_path), whose file name keeps the target's extension, then renames it to
 // `target`. When write throws, the temporary file is removed and the target is left as it was.
 // Throws InputError when the folder does not exist or cannot be written.

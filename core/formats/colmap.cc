@@ -1,12 +1,14 @@
 #include "core/formats/colmap.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <set>
 #include <system_error>
 #include <utility>
 
+#include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/formats/colmap_model.h"
 #include "core/gray_image.h"
@@ -22,15 +24,20 @@ void RequireFolder(const fs::path& folder) {
   if (!fs::is_directory(folder, error)) throw InputError(folder, "is not a folder");
 }
 
+// The models that a workspace may have, in the order in which they count.
+std::array<ColmapFiles, 4> CandidatesIn(const fs::path& workspace) {
+  const fs::path sparse = workspace / "sparse";
+  return {ColmapFilesIn(sparse, true), ColmapFilesIn(sparse, false),
+          ColmapFilesIn(sparse / "0", true), ColmapFilesIn(sparse / "0", false)};
+}
+
 // The first complete model; else the files of the first incomplete one, for the error of the reader
 // to name what is missing.
 ColmapFiles FindModel(const fs::path& workspace) {
   const fs::path sparse = workspace / "sparse";
   RequireFolder(sparse);
   const ColmapFiles* incomplete = nullptr;
-  const ColmapFiles candidates[] = {ColmapFilesIn(sparse, true), ColmapFilesIn(sparse, false),
-                                    ColmapFilesIn(sparse / "0", true),
-                                    ColmapFilesIn(sparse / "0", false)};
+  const std::array<ColmapFiles, 4> candidates = CandidatesIn(workspace);
   for (const ColmapFiles& files : candidates) {
     int existing = 0;
     for (const fs::path* file : {&files.cameras, &files.images, &files.points}) {
@@ -75,6 +82,14 @@ Lens LensOf(const ColmapCamera& camera) {
 bool IsColmap(const fs::path& path) {
   std::error_code error;
   return fs::exists(path / "sparse", error);
+}
+
+std::vector<fs::path> ColmapModelFiles(const fs::path& workspace) {
+  std::vector<fs::path> names;
+  for (const ColmapFiles& files : CandidatesIn(workspace)) {
+    names.insert(names.end(), {files.cameras, files.images, files.points});
+  }
+  return names;
 }
 
 PosedScene ReadColmap(const fs::path& workspace, const fs::path& images) {
@@ -178,12 +193,6 @@ void AddPoint(const Scene& scene, const ScenePoint& scene_point, const ColmapFil
     point.track.push_back({image.id, static_cast<std::uint32_t>(image.observations.size())});
     image.observations.push_back({projection, point.id});
   }
-}
-
-void MakeFolder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw InputError(folder, "folder cannot be made: " + error.message());
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
 #include "core/formats/posed_images.h"
 #include "core/scene.h"
@@ -11,6 +12,9 @@ namespace burin {
 
 // Whether `path` is a workspace: it has sparse/.
 bool IsColmap(const std::filesystem::path& path);
+
+// The names of the files of every model that a workspace may have, there or not.
+std::vector<std::filesystem::path> ColmapModelFiles(const std::filesystem::path& workspace);
 
 // Reads a workspace; `images` = its images/ when empty.
 //  - The model is taken from sparse/ before sparse/0/, and binary before text, as COLMAP does.

@@ -208,16 +208,12 @@ bool IsSameFile(const fs::path& a, const fs::path& b) {
 
 void WritePhotographs(const PosedScene& posed, const fs::path& folder) {
   for (const PosedImage& image : posed.images) {
-    const fs::path target = folder / image.name;
-    std::error_code error;
-    fs::create_directories(target.parent_path(), error);
-    if (error) throw InputError(target.parent_path(), "folder cannot be made: " + error.message());
+    MakeFolder((folder / image.name).parent_path());
   }
   ForEachInParallel(posed.images.size(), [&](size_t i) {
     const PosedImage& image = posed.images[i];
     const fs::path target = folder / image.name;
     if (image.lens.IsNone()) {
-      ReadSized(image.image_path, image);  // so that nothing broken is passed on
       if (!IsSameFile(target, image.image_path)) {
         WriteTextAtomically(target, ReadFileBytes(image.image_path));
       }

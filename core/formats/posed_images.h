@@ -41,6 +41,7 @@ Scene MakeScene(const PosedScene& posed, bool with_images, const std::filesystem
 void CheckPhotographTargets(const PosedScene& posed, const std::filesystem::path& folder,
                             bool overwrite);
 
+// `posed` is one whose photographs MakeScene has read, so that nothing broken is passed on.
 // Copies the photographs to folder/NAME, but for those that are there already; those with a lens are
 // undistorted, in colour, with 8 bits.
 void WritePhotographs(const PosedScene& posed, const std::filesystem::path& folder);
