@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "apps/command_line.h"
+#include "apps/commands/command_line.h"
 
 int main(int argc, char** argv) {
   // Ceres logs through glog. Its warnings are about solver steps that burin reports itself, so only

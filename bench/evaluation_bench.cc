@@ -11,14 +11,14 @@
 #include <memory>
 #include <string>
 
-#include "core/formats/colmap.h"
-#include "core/formats/scene_loader.h"
-#include "core/mesh_io.h"
-#include "core/parallel.h"
-#include "core/pyramid.h"
-#include "core/round.h"
-#include "core/subdivide.h"
-#include "core/synthetic.h"
+#include "core/mesh/mesh_io.h"
+#include "core/mesh/subdivide.h"
+#include "core/refine/round.h"
+#include "core/scene/formats/colmap.h"
+#include "core/scene/formats/scene_loader.h"
+#include "core/scene/pyramid.h"
+#include "core/support/parallel.h"
+#include "core/synthetic/synthetic.h"
 #include "costs/photometric_energy.h"
 #include "selection/pair_selection.h"
 

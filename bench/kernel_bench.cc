@@ -8,9 +8,9 @@
 #include <cmath>
 #include <vector>
 
-#include "core/facet_pencil.h"
-#include "core/parallel.h"
-#include "core/synthetic.h"
+#include "core/support/parallel.h"
+#include "core/synthetic/synthetic.h"
+#include "core/visibility/facet_pencil.h"
 #include "costs/occlusion_mask.h"
 #include "costs/pair_kernel.h"
 #include "costs/spline_image.h"

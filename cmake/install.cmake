@@ -4,8 +4,10 @@
 #   python       the Python package
 include(CMakePackageConfigHelpers)
 
-install(DIRECTORY core costs selection apps DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/burin
-        COMPONENT development FILES_MATCHING PATTERN "*.h" PATTERN "*.inc" PATTERN study EXCLUDE)
+install(DIRECTORY core costs selection DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/burin
+        COMPONENT development FILES_MATCHING PATTERN "*.h" PATTERN "*.inc")
+install(DIRECTORY apps/run DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/burin/apps
+        COMPONENT development FILES_MATCHING PATTERN "*.h")
 set(config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/burin)
 install(EXPORT burinTargets NAMESPACE burin:: DESTINATION ${config_dir} COMPONENT development)
 configure_package_config_file(cmake/burinConfig.cmake.in burinConfig.cmake

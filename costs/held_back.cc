@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/stopwatch.h"
+#include "core/support/stopwatch.h"
 
 namespace burin {
 namespace {

@@ -13,7 +13,7 @@
 
 #include <vector>
 
-#include "core/level_judge.h"
+#include "core/refine/level_judge.h"
 #include "costs/photometric_energy.h"
 
 namespace burin {

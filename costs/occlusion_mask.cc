@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/facet_pencil.h"
-#include "core/parallel.h"
+#include "core/support/parallel.h"
+#include "core/visibility/facet_pencil.h"
 
 namespace burin {
 namespace {

@@ -28,10 +28,10 @@
 #include <string>
 #include <vector>
 
-#include "core/camera.h"
-#include "core/mesh.h"
-#include "core/options.h"
-#include "core/visibility.h"
+#include "core/mesh/mesh.h"
+#include "core/scene/camera.h"
+#include "core/support/options.h"
+#include "core/visibility/visibility.h"
 
 namespace burin {
 

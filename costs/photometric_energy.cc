@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "core/parallel.h"
-#include "core/stopwatch.h"
-#include "core/symmetric_matrix.h"
+#include "core/solve/symmetric_matrix.h"
+#include "core/support/parallel.h"
+#include "core/support/stopwatch.h"
 #include "costs/patch_cost.h"
 
 namespace burin {

@@ -4,7 +4,7 @@
 //
 // One call streams the pairs and leaves, for every corner of every facet, the sums that the cost
 // functions of the vertex patches read. With s = 1/depth along the fixed ray of pixel p,
-// ds/dV_k = -u_k n^T / offset (core/facet_pencil.h), so that for the pixels y of one
+// ds/dV_k = -u_k n^T / offset (core/visibility/facet_pencil.h), so that for the pixels y of one
 // corner
 //
 //   dE/dV_k      = slope[k] n^T           slope[k]        = sum_views -1/offset   sum_y dE/ds u_k
@@ -24,7 +24,7 @@
 #include <string>
 #include <vector>
 
-#include "core/energy_term.h"
+#include "core/solve/energy_term.h"
 #include "costs/photometric_options.h"
 #include "costs/photometric_round.h"
 #include "costs/view_evaluation.h"

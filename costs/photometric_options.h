@@ -1,7 +1,7 @@
 // Options of the photometric energy.
 #pragma once
 
-#include "core/options.h"
+#include "core/support/options.h"
 #include "costs/occlusion_mask.h"
 
 namespace burin {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "core/parallel.h"
-#include "core/stopwatch.h"
+#include "core/support/parallel.h"
+#include "core/support/stopwatch.h"
 #include "costs/step_band.h"
 
 namespace burin {

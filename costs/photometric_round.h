@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/energy_term.h"
+#include "core/solve/energy_term.h"
 #include "costs/occlusion_mask.h"
 #include "costs/pair_kernel.h"
 #include "costs/photometric_options.h"

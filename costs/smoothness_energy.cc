@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "core/parallel.h"
+#include "core/support/parallel.h"
 
 namespace burin {
 namespace {

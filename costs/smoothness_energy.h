@@ -7,14 +7,14 @@
 // mesh is cut (for the bi-Laplacian it does).
 // A vertex that no pair has seen, in this round or an earlier one, keeps its shape instead (target L V
 // at the start of the round): what nobody sees follows its surroundings and neither shrinks nor
-// flattens. (What was seen and no longer is: core/hidden_folds.h.)
+// flattens. (What was seen and no longer is: core/refine/hidden_folds.h.)
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "core/energy_term.h"
-#include "core/options.h"
+#include "core/solve/energy_term.h"
+#include "core/support/options.h"
 #include "costs/stencil_cost.h"
 
 namespace burin {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "core/facet_pencil.h"
-#include "core/parallel.h"
+#include "core/support/parallel.h"
+#include "core/visibility/facet_pencil.h"
 
 namespace burin {
 namespace {

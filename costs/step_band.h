@@ -19,9 +19,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/camera.h"
-#include "core/mesh.h"
-#include "core/visibility.h"
+#include "core/mesh/mesh.h"
+#include "core/scene/camera.h"
+#include "core/visibility/visibility.h"
 #include "costs/occlusion_mask.h"
 
 namespace burin {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "core/parallel.h"
+#include "core/support/parallel.h"
 
 namespace burin {
 namespace {

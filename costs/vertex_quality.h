@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "core/mesh.h"
+#include "core/mesh/mesh.h"
 #include "costs/photometric_energy.h"
 
 namespace burin {

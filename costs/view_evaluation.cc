@@ -5,8 +5,8 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
-#include "core/facet_pencil.h"
-#include "core/parallel.h"
+#include "core/support/parallel.h"
+#include "core/visibility/facet_pencil.h"
 #include "costs/pair_kernel.h"
 #include "costs/spline_image.h"
 

@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/energy_term.h"
+#include "core/solve/energy_term.h"
 #include "costs/photometric_options.h"
 #include "costs/photometric_round.h"
 

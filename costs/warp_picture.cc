@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/facet_pencil.h"
+#include "core/visibility/facet_pencil.h"
 #include "costs/spline_image.h"
 
 namespace burin {

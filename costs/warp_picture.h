@@ -4,7 +4,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "core/energy_term.h"
+#include "core/solve/energy_term.h"
 #include "costs/photometric_energy.h"
 
 namespace burin {

@@ -14,18 +14,18 @@
 #include <string>
 #include <vector>
 
-#include "apps/level_energy.h"
-#include "apps/memory_limit.h"
-#include "apps/option_binding.h"
-#include "apps/pipeline.h"
-#include "apps/run_output.h"
-#include "core/error.h"
-#include "core/formats/camera_checks.h"
-#include "core/formats/scene_loader.h"
-#include "core/formats/view_names.h"
-#include "core/json_file.h"
-#include "core/mesh_io.h"
-#include "core/stopwatch.h"
+#include "apps/commands/option_binding.h"
+#include "apps/run/level_energy.h"
+#include "apps/run/memory_limit.h"
+#include "apps/run/pipeline.h"
+#include "apps/run/run_output.h"
+#include "core/mesh/mesh_io.h"
+#include "core/scene/formats/camera_checks.h"
+#include "core/scene/formats/scene_loader.h"
+#include "core/scene/formats/view_names.h"
+#include "core/support/error.h"
+#include "core/support/json_file.h"
+#include "core/support/stopwatch.h"
 
 namespace py = pybind11;
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/pairs.h"
+#include "core/scene/pairs.h"
 #include "selection/facet_sets.h"
 
 namespace burin {

@@ -6,8 +6,8 @@
 #include <sstream>
 #include <utility>
 
-#include "core/error.h"
-#include "core/json_file.h"
+#include "core/support/error.h"
+#include "core/support/json_file.h"
 
 namespace burin {
 namespace {

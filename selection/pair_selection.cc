@@ -4,7 +4,7 @@
 #include <optional>
 #include <sstream>
 
-#include "core/error.h"
+#include "core/support/error.h"
 #include "selection/pair_file.h"
 #include "selection/ranking.h"
 #include "selection/sparse_point_pairs.h"

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "core/mesh.h"
-#include "core/pairs.h"
-#include "core/scene.h"
+#include "core/mesh/mesh.h"
+#include "core/scene/pairs.h"
+#include "core/scene/scene.h"
 #include "selection/coverage.h"
 #include "selection/pair_survey.h"
 #include "selection/pairs_options.h"

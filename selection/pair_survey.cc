@@ -5,8 +5,8 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
-#include "core/parallel.h"
-#include "core/visibility.h"
+#include "core/support/parallel.h"
+#include "core/visibility/visibility.h"
 
 namespace burin {
 namespace {

@@ -2,14 +2,14 @@
 // pixels of view i whose surface point view j sees too, and the facets that each view sees.
 //
 // Cost: one cast per view at a low resolution finds the facets each view sees; only pairs that share
-// one are integrated, over Omega_ij as the energy defines it (core/visibility.h), at that resolution.
+// one are integrated, over Omega_ij as the energy defines it (core/visibility/visibility.h), at that resolution.
 // docs/camera_pairs.md holds the error against full resolution and the growth with the views.
 #pragma once
 
 #include <vector>
 
-#include "core/mesh.h"
-#include "core/scene.h"
+#include "core/mesh/mesh.h"
+#include "core/scene/scene.h"
 #include "selection/facet_sets.h"
 #include "selection/pair_terms.h"
 

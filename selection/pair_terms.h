@@ -14,7 +14,7 @@
 
 #include <Eigen/Core>
 
-#include "core/camera.h"
+#include "core/scene/camera.h"
 
 namespace burin {
 

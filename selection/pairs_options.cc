@@ -1,6 +1,6 @@
 #include "selection/pairs_options.h"
 
-#include "core/error.h"
+#include "core/support/error.h"
 
 namespace burin {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "core/options.h"
+#include "core/support/options.h"
 #include "selection/coverage.h"
 #include "selection/pair_survey.h"
 #include "selection/pair_terms.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "core/pairs.h"
+#include "core/scene/pairs.h"
 
 namespace burin {
 

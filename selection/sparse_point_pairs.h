@@ -5,8 +5,8 @@
 
 #include <vector>
 
-#include "core/pairs.h"
-#include "core/scene.h"
+#include "core/scene/pairs.h"
+#include "core/scene/scene.h"
 
 namespace burin {
 

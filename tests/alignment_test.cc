@@ -1,5 +1,5 @@
 // Similarities: their algebra, Umeyama's closed form, and the fit of points to a surface.
-#include "core/alignment.h"
+#include "core/mesh/alignment.h"
 
 #include <gtest/gtest.h>
 

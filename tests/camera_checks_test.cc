@@ -1,5 +1,5 @@
 // Degenerate cameras are named.
-#include "core/formats/camera_checks.h"
+#include "core/scene/formats/camera_checks.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <functional>
 #include <limits>
 
-#include "core/error.h"
+#include "core/support/error.h"
 
 namespace burin {
 namespace {

@@ -1,4 +1,4 @@
-#include "core/cbor.h"
+#include "core/support/cbor.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/commands.h"
+#include "apps/commands/commands.h"
 #include "tests/program_test.h"
 
 namespace burin {
@@ -52,7 +52,7 @@ TEST_F(CliTest, UsageErrorsAreOneLineAndExitCode2) {
 
 TEST_F(CliTest, OutputThatGoesNowhereIsAFailure) {
   const std::string command =
-      "'" + std::string(BURIN_PROGRAM) + "' solvers >/dev/full 2>'" + In("err.txt") + "'";
+      "'" + std::string(test::kProgram) + "' solvers >/dev/full 2>'" + In("err.txt") + "'";
   EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 2);
   EXPECT_EQ(ReadAll(In("err.txt")), "burin: error: standard output: cannot be written\n");
 }
@@ -416,7 +416,8 @@ TEST_F(RefineErrorsTest, NothingIsWrongWithTheSceneItself) {
 }
 
 TEST(Documentation, OptionsPageIsUpToDate) {
-  EXPECT_EQ(ReadAll(std::filesystem::path(BURIN_SOURCE_DIR) / "docs/options.md"), OptionsDocument())
+  EXPECT_EQ(ReadAll(std::filesystem::path(test::kSourceFolder) / "docs/options.md"),
+            OptionsDocument())
       << "run: build/release/apps/burin options --markdown > docs/options.md";
 }
 

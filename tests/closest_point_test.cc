@@ -1,4 +1,4 @@
-#include "core/closest_point.h"
+#include "core/mesh/closest_point.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/surface_samples.h"
+#include "core/mesh/surface_samples.h"
 #include "tests/test_shapes.h"
 
 namespace burin {

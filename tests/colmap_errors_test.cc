@@ -5,7 +5,7 @@
 #include <functional>
 #include <opencv2/imgcodecs.hpp>
 
-#include "core/gray_image.h"
+#include "core/image/gray_image.h"
 #include "tests/colmap_testing.h"
 
 namespace burin {

@@ -1,4 +1,4 @@
-#include "core/formats/colmap.h"
+#include "core/scene/formats/colmap.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,9 +10,9 @@
 #include <sstream>
 #include <tuple>
 
-#include "core/formats/colmap_model.h"
-#include "core/formats/scene_loader.h"
-#include "core/parallel.h"
+#include "core/scene/formats/colmap_model.h"
+#include "core/scene/formats/scene_loader.h"
+#include "core/support/parallel.h"
 #include "tests/colmap_testing.h"
 
 namespace burin {

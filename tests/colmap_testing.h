@@ -8,10 +8,10 @@
 #include <fstream>
 #include <string>
 
-#include "core/error.h"
-#include "core/file_bytes.h"
-#include "core/formats/colmap.h"
-#include "core/formats/scene_loader.h"
+#include "core/scene/formats/colmap.h"
+#include "core/scene/formats/scene_loader.h"
+#include "core/support/error.h"
+#include "core/support/file_bytes.h"
 
 namespace burin {
 

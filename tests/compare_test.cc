@@ -12,7 +12,7 @@
 #include <tuple>
 #include <vector>
 
-#include "core/solver_strategy.h"
+#include "core/solve/solver_strategy.h"
 #include "tests/program_test.h"
 
 namespace burin {

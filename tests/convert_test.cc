@@ -7,8 +7,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 
-#include "core/formats/openmvs.h"
-#include "core/formats/scene_loader.h"
+#include "core/scene/formats/openmvs.h"
+#include "core/scene/formats/scene_loader.h"
 #include "tests/colmap_testing.h"
 #include "tests/program_test.h"
 

@@ -1,5 +1,5 @@
 // Depth errors of planes in front of a camera, and the maps they come from.
-#include "core/depth_evaluation.h"
+#include "core/evaluate/depth_evaluation.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,9 +7,9 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
-#include "core/evaluation_report.h"
-#include "core/render.h"
+#include "core/evaluate/evaluation_report.h"
+#include "core/support/error.h"
+#include "core/visibility/render.h"
 #include "tests/test_scene.h"
 #include "tests/test_shapes.h"
 

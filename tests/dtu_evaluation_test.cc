@@ -1,5 +1,5 @@
 // The DTU protocol on points and surfaces with known distances, and its files.
-#include "core/dtu_evaluation.h"
+#include "core/evaluate/dtu_evaluation.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,10 +7,10 @@
 #include <cmath>
 #include <fstream>
 
-#include "core/error.h"
-#include "core/evaluation_report.h"
-#include "core/point_thinning.h"
-#include "core/surface_samples.h"
+#include "core/evaluate/evaluation_report.h"
+#include "core/mesh/point_thinning.h"
+#include "core/mesh/surface_samples.h"
+#include "core/support/error.h"
 #include "tests/test_scene.h"
 #include "tests/test_shapes.h"
 

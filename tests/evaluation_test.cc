@@ -1,4 +1,4 @@
-#include "core/evaluation.h"
+#include "core/evaluate/evaluation.h"
 
 #include <gtest/gtest.h>
 
@@ -7,11 +7,11 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "core/error.h"
-#include "core/evaluation_report.h"
-#include "core/mesh_io.h"
-#include "core/parallel.h"
-#include "core/surface_samples.h"
+#include "core/evaluate/evaluation_report.h"
+#include "core/mesh/mesh_io.h"
+#include "core/mesh/surface_samples.h"
+#include "core/support/error.h"
+#include "core/support/parallel.h"
 #include "tests/test_shapes.h"
 
 namespace burin {

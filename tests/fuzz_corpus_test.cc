@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "tests/fuzz/targets.h"
+#include "tests/test_paths.h"
 
 namespace burin {
 namespace {
@@ -15,7 +16,7 @@ class FuzzCorpus : public testing::TestWithParam<fuzz::Target> {};
 
 TEST_P(FuzzCorpus, IsReadOrRefused) {
   const std::filesystem::path folder =
-      std::filesystem::path(BURIN_SOURCE_DIR) / "tests/fuzz/corpus" / GetParam().name;
+      std::filesystem::path(test::kSourceFolder) / "tests/fuzz/corpus" / GetParam().name;
   int files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     SCOPED_TRACE(entry.path().string());

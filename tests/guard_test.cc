@@ -3,12 +3,12 @@
 
 #include <cmath>
 
-#include "apps/pipeline.h"
-#include "core/evaluation.h"
-#include "core/local_guard.h"
-#include "core/pyramid.h"
-#include "core/round.h"
-#include "core/synthetic.h"
+#include "apps/run/pipeline.h"
+#include "core/evaluate/evaluation.h"
+#include "core/refine/local_guard.h"
+#include "core/refine/round.h"
+#include "core/scene/pyramid.h"
+#include "core/synthetic/synthetic.h"
 #include "costs/held_back.h"
 #include "tests/test_scene.h"
 #include "tests/test_shapes.h"

@@ -1,4 +1,4 @@
-#include "core/hidden_folds.h"
+#include "core/refine/hidden_folds.h"
 
 #include <gtest/gtest.h>
 

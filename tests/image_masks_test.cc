@@ -2,13 +2,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/pipeline.h"
-#include "core/evaluation.h"
-#include "core/facet_pencil.h"
-#include "core/gray_image.h"
-#include "core/pyramid.h"
-#include "core/synthetic.h"
-#include "core/visibility.h"
+#include "apps/run/pipeline.h"
+#include "core/evaluate/evaluation.h"
+#include "core/image/gray_image.h"
+#include "core/scene/pyramid.h"
+#include "core/synthetic/synthetic.h"
+#include "core/visibility/facet_pencil.h"
+#include "core/visibility/visibility.h"
 #include "tests/colmap_testing.h"
 #include "tests/test_scene.h"
 

@@ -7,7 +7,7 @@ source="$2"
 work="$(mktemp -d)"
 trap 'rm -rf -- "$work"' EXIT
 cmake --install "$build" --prefix "$work/prefix" >/dev/null
-for file in bin/burin share/man/man1/burin.1 include/burin/apps/pipeline.h; do
+for file in bin/burin share/man/man1/burin.1 include/burin/apps/run/pipeline.h; do
   [[ -s "$work/prefix/$file" ]] || { echo "$file was not installed"; exit 1; }
 done
 # Pages without faults, and every command on it.

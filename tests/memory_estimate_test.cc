@@ -1,6 +1,6 @@
 // The memory estimate: monotone in everything it is made from, right about the size of the mesh and, as
 // a process, within its stated bound of the measured peak on a small scene.
-#include "apps/memory_estimate.h"
+#include "apps/run/memory_estimate.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,9 +9,9 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "apps/memory_limit.h"
-#include "core/subdivide.h"
-#include "core/synthetic.h"
+#include "apps/run/memory_limit.h"
+#include "core/mesh/subdivide.h"
+#include "core/synthetic/synthetic.h"
 #include "tests/program_test.h"
 
 namespace burin {

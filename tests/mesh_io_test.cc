@@ -1,7 +1,7 @@
 // GCC 12 takes the default value of an OpenMesh property for uninitialised once it is inlined.
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 
-#include "core/mesh_io.h"
+#include "core/mesh/mesh_io.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 #include <fstream>
 #include <functional>
 
-#include "core/error.h"
+#include "core/support/error.h"
 
 namespace burin {
 namespace {

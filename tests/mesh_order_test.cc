@@ -1,4 +1,4 @@
-#include "core/mesh_order.h"
+#include "core/mesh/mesh_order.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "core/noise.h"
+#include "core/image/noise.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <set>
 
-#include "core/counter_random.h"
+#include "core/support/counter_random.h"
 
 namespace burin {
 namespace {

@@ -1,5 +1,5 @@
 // burin's normal equations against those that follow from Ceres' own Jacobian.
-#include "core/normal_equations.h"
+#include "core/solve/normal_equations.h"
 
 #include <ceres/autodiff_cost_function.h>
 #include <ceres/crs_matrix.h>
@@ -10,11 +10,11 @@
 #include <cmath>
 #include <memory>
 
-#include "core/motion.h"
-#include "core/parallel.h"
-#include "core/round.h"
-#include "core/sparse_cholesky.h"
-#include "core/strategies.h"
+#include "core/refine/round.h"
+#include "core/solve/motion.h"
+#include "core/solve/sparse_cholesky.h"
+#include "core/solve/strategies.h"
+#include "core/support/parallel.h"
 #include "costs/photometric_energy.h"
 #include "costs/smoothness_energy.h"
 #include "tests/test_scene.h"

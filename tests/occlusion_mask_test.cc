@@ -6,7 +6,7 @@
 #include <functional>
 #include <numeric>
 
-#include "core/round.h"
+#include "core/refine/round.h"
 #include "tests/test_scene.h"
 
 namespace burin {

@@ -1,9 +1,10 @@
 // One OptionSet through flags, config files, --print-config, JSON and Markdown.
-#include "apps/option_binding.h"
+#include "apps/commands/option_binding.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -11,8 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/config.h"
-#include "core/error.h"
+#include "apps/run/run_output.h"
+#include "core/support/config.h"
+#include "core/support/error.h"
 
 namespace burin {
 namespace {

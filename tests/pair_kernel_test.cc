@@ -8,7 +8,7 @@
 #include <cmath>
 #include <memory>
 
-#include "core/round.h"
+#include "core/refine/round.h"
 #include "costs/photometric_energy.h"
 #include "costs/warp_picture.h"
 #include "tests/test_scene.h"

@@ -8,9 +8,9 @@
 #include <cmath>
 #include <memory>
 
-#include "core/motion.h"
-#include "core/parallel.h"
-#include "core/round.h"
+#include "core/refine/round.h"
+#include "core/solve/motion.h"
+#include "core/support/parallel.h"
 #include "costs/patch_cost.h"
 #include "costs/photometric_energy.h"
 #include "costs/spline_image.h"

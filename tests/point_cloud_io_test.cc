@@ -1,4 +1,4 @@
-#include "core/point_cloud_io.h"
+#include "core/mesh/point_cloud_io.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include <iterator>
 #include <string>
 
-#include "core/error.h"
+#include "core/support/error.h"
 
 namespace burin {
 namespace {

@@ -16,6 +16,8 @@
 #include <utility>
 #include <vector>
 
+#include "tests/test_paths.h"
+
 namespace burin {
 
 inline std::string ReadAll(const std::filesystem::path& path) {
@@ -54,7 +56,7 @@ class ProgramTest : public testing::Test {
 
   // One at a time: standard output and error go to stdout.txt and stderr.txt in the test's folder.
   pid_t Start(std::vector<std::string> arguments) const {
-    arguments.insert(arguments.begin(), BURIN_PROGRAM);
+    arguments.insert(arguments.begin(), test::kProgram);
     std::vector<char*> argv;
     argv.reserve(arguments.size() + 1);
     for (std::string& argument : arguments) argv.push_back(argument.data());

@@ -4,12 +4,12 @@
 
 #include <cmath>
 
-#include "apps/pipeline.h"
-#include "apps/run_output.h"
-#include "core/error.h"
-#include "core/evaluation.h"
-#include "core/parallel.h"
-#include "core/synthetic.h"
+#include "apps/run/pipeline.h"
+#include "apps/run/run_output.h"
+#include "core/evaluate/evaluation.h"
+#include "core/support/error.h"
+#include "core/support/parallel.h"
+#include "core/synthetic/synthetic.h"
 #include "tests/test_scene.h"
 
 namespace burin {

@@ -1,4 +1,4 @@
-#include "core/render.h"
+#include "core/visibility/render.h"
 
 #include <gtest/gtest.h>
 
@@ -9,9 +9,9 @@
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "core/picture.h"
+#include "core/image/picture.h"
+#include "core/support/error.h"
+#include "core/support/parallel.h"
 
 namespace burin {
 namespace {

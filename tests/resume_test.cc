@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "apps/checkpoint.h"
+#include "apps/run/checkpoint.h"
 #include "tests/program_test.h"
 
 namespace burin {
@@ -187,7 +187,7 @@ TEST_F(ResumeTest, TheFolderAndTheMeshOfARunAreItsOwn) {
   WaitForRounds(1);
   kill(child, SIGSTOP);
   // Not with Run, which would take the first one's output.
-  const std::string command = "'" + std::string(BURIN_PROGRAM) + "' refine '" + In("scene") +
+  const std::string command = "'" + std::string(test::kProgram) + "' refine '" + In("scene") +
                               "' --mesh '" + In("scene/init.ply") + "' --output '" + In("run") +
                               "' 2>'" + In("second.txt") + "'";
   EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 2);

@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "core/error.h"
-#include "core/parallel.h"
+#include "core/support/error.h"
+#include "core/support/parallel.h"
 #include "selection/pair_file.h"
 #include "selection/pair_selection.h"
 #include "selection/sparse_point_pairs.h"

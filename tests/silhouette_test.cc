@@ -1,5 +1,5 @@
 // Which points lie near an occlusion boundary, on a square in front of a wall.
-#include "core/silhouette.h"
+#include "core/visibility/silhouette.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 
-#include "core/error.h"
-#include "core/render.h"
+#include "core/support/error.h"
+#include "core/visibility/render.h"
 #include "tests/test_scene.h"
 
 namespace burin {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <functional>
 
-#include "core/parallel.h"
-#include "core/round.h"
+#include "core/refine/round.h"
+#include "core/support/parallel.h"
 #include "costs/photometric_energy.h"
 #include "tests/test_scene.h"
 

@@ -1,10 +1,10 @@
 // Photographs with something wrong with them: the refined mesh is not worse than the input.
 #include <gtest/gtest.h>
 
-#include "apps/pipeline.h"
-#include "core/evaluation.h"
-#include "core/synthetic.h"
-#include "core/synthetic_stress.h"
+#include "apps/run/pipeline.h"
+#include "core/evaluate/evaluation.h"
+#include "core/synthetic/synthetic.h"
+#include "core/synthetic/synthetic_stress.h"
 
 namespace burin {
 namespace {

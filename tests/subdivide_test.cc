@@ -1,4 +1,4 @@
-#include "core/subdivide.h"
+#include "core/mesh/subdivide.h"
 
 #include <gtest/gtest.h>
 
@@ -9,10 +9,10 @@
 #include <map>
 #include <set>
 
-#include "core/mesh_check.h"
-#include "core/mesh_io.h"
-#include "core/parallel.h"
-#include "core/projected_area.h"
+#include "core/mesh/mesh_check.h"
+#include "core/mesh/mesh_io.h"
+#include "core/mesh/projected_area.h"
+#include "core/support/parallel.h"
 
 namespace burin {
 namespace {

@@ -1,5 +1,5 @@
 // Axis ticks against values worked out by hand, and the document's form.
-#include "core/svg_chart.h"
+#include "core/image/svg_chart.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "core/synthetic.h"
+#include "core/synthetic/synthetic.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,11 +12,11 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "core/point_cloud_io.h"
-#include "core/ray_render.h"
-#include "core/synthetic_shapes.h"
+#include "core/mesh/point_cloud_io.h"
+#include "core/support/error.h"
+#include "core/support/parallel.h"
+#include "core/synthetic/synthetic_shapes.h"
+#include "core/visibility/ray_render.h"
 
 namespace burin {
 namespace {

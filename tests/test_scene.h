@@ -6,8 +6,8 @@
 #include <cmath>
 #include <vector>
 
-#include "core/energy_term.h"
-#include "core/pairs.h"
+#include "core/scene/pairs.h"
+#include "core/solve/energy_term.h"
 
 namespace burin::test {
 

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "core/mesh.h"
+#include "core/mesh/mesh.h"
 
 namespace burin {
 

@@ -1,12 +1,12 @@
-#include "core/undistort.h"
+#include "core/scene/undistort.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 
-#include "core/formats/colmap.h"
-#include "core/formats/scene_loader.h"
+#include "core/scene/formats/colmap.h"
+#include "core/scene/formats/scene_loader.h"
 #include "tests/colmap_testing.h"
 
 namespace burin {

@@ -1,9 +1,9 @@
 // Visibility against closed forms: who hides whom, and that rounding hides nothing.
-#include "core/visibility.h"
+#include "core/visibility/visibility.h"
 
 #include <gtest/gtest.h>
 
-#include "core/facet_pencil.h"
+#include "core/visibility/facet_pencil.h"
 #include "tests/test_scene.h"
 
 namespace burin {

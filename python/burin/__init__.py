@@ -7,7 +7,7 @@
     result = burin.refine(scene, vertices, faces, options)
     burin.write_mesh("refined.ply", result.vertices, result.faces)
 
-Conventions as in C++ (core/camera.h): X_cam = R X + t, x right, y down, z forward; the first pixel's
+Conventions as in C++ (core/scene/camera.h): X_cam = R X + t, x right, y down, z forward; the first pixel's
 centre is at (0.5, 0.5); lengths in the scene's unit unless a name says otherwise. Wrong input raises
 InputError, a ValueError.
 """

@@ -8,15 +8,15 @@
 #include <filesystem>
 #include <fstream>
 
-#include "apps/checkpoint.h"
-#include "apps/pipeline.h"
-#include "core/config.h"
-#include "core/error.h"
-#include "core/formats/colmap.h"
-#include "core/formats/scene_loader.h"
-#include "core/gray_image.h"
-#include "core/mesh_io.h"
-#include "core/truth.h"
+#include "apps/run/checkpoint.h"
+#include "apps/run/pipeline.h"
+#include "core/evaluate/truth.h"
+#include "core/image/gray_image.h"
+#include "core/mesh/mesh_io.h"
+#include "core/scene/formats/colmap.h"
+#include "core/scene/formats/scene_loader.h"
+#include "core/support/config.h"
+#include "core/support/error.h"
 #include "selection/pair_file.h"
 
 namespace burin::fuzz {

@@ -162,7 +162,7 @@ def test_commands_of(page, given, tmp_path):
 
 
 def test_every_format_has_a_page_that_the_table_names():
-    source = (DOCS.parent / "core/formats/scene_loader.cc").read_text()
+    source = (DOCS.parent / "core/scene/formats/scene_loader.cc").read_text()
     names = re.findall(r'^    \{"(\w+)",', source, re.MULTILINE)
     assert sorted(name.lower() for name in names) == PAGES
     table = (DOCS / "formats.md").read_text()
@@ -173,7 +173,7 @@ def test_every_format_has_a_page_that_the_table_names():
 def test_headers_named_in_the_pages_exist():
     for page in PAGES:
         text = (DOCS / "formats" / f"{page}.md").read_text()
-        for name in re.findall(r"core/formats/\w+\.h", text):
+        for name in re.findall(r"core/scene/formats/\w+\.h", text):
             assert (DOCS.parent / name).exists(), name
         for link in re.findall(r"\]\((\.\./[^)#]+)", text):
             assert (DOCS / "formats" / link).exists(), link

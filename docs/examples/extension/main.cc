@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "apps/pipeline.h"
-#include "core/formats/scene_loader.h"
-#include "core/mesh_io.h"
-#include "core/normal_equations.h"
+#include "apps/run/pipeline.h"
+#include "core/mesh/mesh_io.h"
+#include "core/scene/formats/scene_loader.h"
+#include "core/solve/normal_equations.h"
 
 namespace {
 

@@ -1,0 +1,141 @@
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/commands/commands.h"
+#include "apps/commands/option_binding.h"
+#include "apps/run/comparison_output.h"
+#include "apps/run/memory_limit.h"
+#include "apps/run/output_folder.h"
+#include "apps/run/pipeline.h"
+#include "apps/run/progress.h"
+#include "apps/run/run_output.h"
+#include "apps/run/scene_arguments.h"
+#include "apps/run/solver_comparison.h"
+#include "core/mesh/mesh_io.h"
+#include "core/support/atomic_file.h"
+#include "core/support/config.h"
+#include "core/support/error.h"
+#include "core/support/json_file.h"
+#include "core/support/parallel.h"
+#include "core/support/stopwatch.h"
+
+namespace burin {
+namespace {
+
+struct CompareCommand {
+  PipelineOptions pipeline;
+  CompareOptions compare;
+  OptionSet set;
+  SceneArguments source;
+  std::string mesh_path;
+  std::string truth_path;
+  std::string output_path;
+  void Run();
+};
+
+// Why nothing ran, in one line.
+std::string Reasons(const Comparison& comparison) {
+  std::string text = "no strategy ran";
+  for (const ComparedStrategy& strategy : comparison.strategies) {
+    text += "; " + strategy.name + ": " + TotalsOf(comparison, strategy).reason;
+  }
+  return text;
+}
+
+// The strategy that needs most decides.
+MemoryCheck CheckMemoryOfAll(const Scene& scene, const TriangleMesh& mesh, PipelineOptions pipeline,
+                             std::vector<std::string> names) {
+  names.push_back(pipeline.refinement.solver.type);  // of the reference run
+  MemoryCheck largest;
+  for (const std::string& name : names) {
+    pipeline.refinement.solver.type = name;
+    const MemoryCheck check = CheckMemory(scene, mesh, pipeline);
+    if (check.estimate.Mib() > largest.estimate.Mib()) largest = check;
+  }
+  return largest;
+}
+
+void CompareCommand::Run() {
+  const Stopwatch watch;
+  pipeline.Check();
+  compare.Names();
+  compare.evaluation.Thresholds();
+  const OutputFolder output(output_path);
+  const std::filesystem::path& folder = output.path();
+  MeshReport report;
+  const TriangleMesh mesh = ReadMesh(mesh_path, &report);
+  const MemoryCheck memory = CheckMemoryOfAll(LoadScene(source.Source(), /*with_images=*/false),
+                                              mesh, pipeline, compare.Names());
+  const Scene scene = LoadScene(source.Source());
+  CheckMeshIsSeen(scene, mesh, mesh_path);
+  Truth truth;
+  if (!truth_path.empty()) truth = ReadTruth(truth_path);
+
+  Progress progress;
+  progress.Begin(1);
+  progress.Line("read " + std::to_string(scene.views.size()) + " views; mesh: " + report.Brief());
+  const Comparison comparison =
+      CompareSolvers(scene, mesh, pipeline, compare, truth_path.empty() ? nullptr : &truth,
+                     [&](const std::string& line) { progress.Line(line); });
+  progress.End();
+  if (!comparison.AnythingRan()) throw InputError(Reasons(comparison));
+
+  nlohmann::ordered_json summary;
+  summary["command"] = "burin compare-solvers " + source.Text() + " --mesh " + mesh_path +
+                       (truth_path.empty() ? "" : " --truth " + truth_path) + " --output " +
+                       output_path + " --config " + (folder / "config.toml").string();
+  summary["versions"] = VersionsJson();
+  summary["options"] = OptionsJson(set);
+  summary["input"] = {{"scene", source.scene},
+                      {"mesh", mesh_path},
+                      {"truth", truth_path},
+                      {"views", scene.views.size()},
+                      {"vertices", mesh.vertices.size()},
+                      {"faces", mesh.faces.size()}};
+  summary.update(ComparisonJson(comparison));
+  summary["threads"] = ThreadCount();
+  summary["peak_memory_mib"] = std::round(PeakMemoryMib());
+  summary["memory"] = MemoryJson(memory);
+  summary["seconds"] = watch.Seconds();
+
+  WriteTextAtomically(folder / "compare.csv", ComparisonCsv(comparison));
+  for (const NamedChart& chart : ComparisonCharts(comparison)) {
+    MakeFolder((folder / chart.file).parent_path());
+    WriteTextAtomically(folder / chart.file, chart.svg);
+  }
+  WriteTextAtomically(folder / "config.toml", ConfigText(set));
+  WriteTextAtomically(folder / "compare.json", JsonText(summary));
+  std::cout << ComparisonTable(comparison) << "wrote " << (folder / "compare.csv").string() << ", "
+            << (folder / "compare.json").string() << ", " << (folder / "compare.svg").string()
+            << "\n";
+}
+
+}  // namespace
+
+void AddCompareCommand(CLI::App* program) {
+  CLI::App* app = program->add_subcommand(
+      "compare-solvers", "run every strategy from the same start, as table, CSV and charts");
+  const auto command = std::make_shared<CompareCommand>();
+  command->pipeline.Describe(&command->set);
+  command->compare.Describe(&command->set);
+  BindScene(&command->source, app, /*photographs=*/true)[0]->required();
+  app->add_option("--mesh", command->mesh_path, "mesh to start from: PLY, OBJ or OFF")
+      ->option_text("FILE (required)")
+      ->required();
+  app->add_option("--truth", command->truth_path,
+                  "mesh, or PLY point cloud: also measure the error, as burin evaluate does")
+      ->option_text("FILE");
+  app->add_option("--output", command->output_path,
+                  "folder for compare.csv, compare.json, compare.svg and rounds/")
+      ->option_text("DIR (required)")
+      ->required();
+  BindOptions(&command->set, app, {{"compare.solvers", "--solvers"}});
+  app->callback([command] { command->Run(); });
+}
+
+}  // namespace burin

@@ -1,0 +1,128 @@
+// burin convert SCENE OUT: any scene that burin reads as one that other programs read.
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "apps/commands/commands.h"
+#include "apps/commands/option_binding.h"
+#include "apps/run/scene_arguments.h"
+#include "core/image/gray_image.h"
+#include "core/mesh/mesh_io.h"
+#include "core/scene/formats/colmap.h"
+#include "core/scene/formats/openmvs.h"
+#include "core/scene/formats/scene_loader.h"
+#include "core/support/atomic_file.h"
+#include "core/support/error.h"
+
+namespace burin {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ConvertCommand {
+  SceneArguments source;
+  std::string output;
+  std::string mesh;
+  bool text_model = false;
+  bool overwrite = false;
+  void Run() const;
+};
+
+void RefuseExisting(const fs::path& file) {
+  std::error_code error;
+  if (fs::exists(fs::symlink_status(file, error))) ThrowExists(file);
+}
+
+fs::path MaskPath(const fs::path& folder, const View& view) {
+  return folder / "masks" / (view.name + ".png");
+}
+
+// Whether the view's mask is there already.
+bool HasMask(const fs::path& folder, const View& view) {
+  std::error_code error;
+  if (!fs::exists(MaskPath(folder, view), error)) return false;
+  const cv::Mat there = ReadGrayImage(MaskPath(folder, view)) != 0;
+  return there.size() == view.mask.size() && cv::norm(there, view.mask != 0, cv::NORM_INF) == 0;
+}
+
+void ConvertCommand::Run() const {
+  const fs::path target = output;
+  if (target.filename().empty() && !target.has_parent_path()) {
+    throw InputError("output: is empty");
+  }
+  if (target.filename() == ".mvs") throw InputError(target, "has no name before .mvs");
+  const bool to_openmvs = target.extension() == ".mvs";
+  if (!to_openmvs && target.has_extension() && !fs::is_directory(target)) {
+    throw InputError(target, "is neither a folder (COLMAP) nor NAME.mvs (OpenMVS)");
+  }
+  if (to_openmvs && text_model) throw InputError("--text: is for COLMAP models only");
+  if (IsSameFile(target, source.scene)) {
+    throw InputError(target, "is the scene itself: name another one to write");
+  }
+  const fs::path folder = to_openmvs ? target.parent_path() : target;
+  TriangleMesh surface;
+  if (!mesh.empty()) surface = ReadMesh(mesh);
+  const PosedScene posed = ReadScene(source.Source());
+  // With the photographs: they are looked at before anything is written, and colour the points.
+  const Scene scene = MakeScene(posed, /*with_images=*/true, source.masks);
+  const fs::path beside =
+      to_openmvs ? folder / (target.stem().string() + "_mesh.ply") : folder / "mesh.ply";
+  // Whatever can be wrong is found before anything is written.
+  CheckPhotographTargets(posed, folder / "images", overwrite);
+  std::vector<const View*> masked;  // whose mask is not there yet
+  for (const View& view : scene.views) {
+    if (!view.mask.empty() && !HasMask(folder, view)) masked.push_back(&view);
+  }
+  if (!overwrite) {
+    if (to_openmvs) RefuseExisting(target);
+    if (!to_openmvs) {
+      for (const fs::path& file : ColmapModelFiles(target)) RefuseExisting(file);
+    }
+    if (!mesh.empty()) RefuseExisting(beside);
+    for (const View* view : masked) RefuseExisting(MaskPath(folder, *view));
+  }
+  WritePhotographs(posed, folder / "images");
+  for (const View* view : masked) {
+    MakeFolder(MaskPath(folder, *view).parent_path());
+    WriteGrayImage(view->mask, MaskPath(folder, *view));
+  }
+  std::string written = target.string();
+  if (to_openmvs) {
+    WriteOpenMvs(scene, target);
+  } else {
+    WriteColmapModel(scene, target, !text_model);
+  }
+  if (!mesh.empty()) {
+    WriteMesh(beside, surface);
+    written += " and " + beside.string();
+  }
+  std::cout << "wrote " << written << ": " << FormatOf(source.scene) << ", " << scene.views.size()
+            << " views, " << scene.points.size() << " points\n";
+}
+
+}  // namespace
+
+void AddConvertCommand(CLI::App* program) {
+  CLI::App* app = program->add_subcommand(
+      "convert", "write a scene as a COLMAP workspace or for OpenMVS, photographs undistorted");
+  const auto command = std::make_shared<ConvertCommand>();
+  BindScene(&command->source, app, /*photographs=*/true)[0]->required();
+  app->add_option(
+         "output", command->output,
+         "folder, for a COLMAP workspace, or NAME.mvs, for OpenMVS; photographs go to images/ "
+         "in the folder, masks to masks/")
+      ->option_text("OUTPUT (required)")
+      ->required();
+  app->add_option("--mesh", command->mesh,
+                  "also write this mesh: mesh.ply in the folder, or NAME_mesh.ply")
+      ->option_text("FILE");
+  app->add_flag("--overwrite", command->overwrite, "replace files that exist");
+  app->add_flag("--text", command->text_model, "write the COLMAP model as text, not binary");
+  app->callback([command] { command->Run(); });
+}
+
+}  // namespace burin

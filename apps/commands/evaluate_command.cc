@@ -1,0 +1,135 @@
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/commands/commands.h"
+#include "apps/commands/evaluate_options.h"
+#include "apps/commands/option_binding.h"
+#include "core/evaluate/evaluation_report.h"
+#include "core/mesh/mesh_io.h"
+#include "core/scene/formats/scene_loader.h"
+#include "core/support/error.h"
+#include "core/support/json_file.h"
+#include "core/support/options.h"
+#include "core/visibility/render.h"
+#include "core/visibility/silhouette.h"
+
+namespace burin {
+namespace {
+
+struct EvaluateCommand {
+  EvaluateOptions options;
+  OptionSet set;
+  std::string mesh;
+  std::string truth;
+  std::string scene;
+  std::string images;
+  std::string depth;
+  double depth_unit = 1;
+  SilhouetteOptions silhouette;
+  bool json = false;
+
+  // What contradicts itself is reported before large files are read.
+  void Check() const {
+    options.scores.Thresholds();
+    if (options.strecha.run && scene.empty()) {
+      throw InputError("strecha.run: needs the cameras of --scene");
+    }
+    if (!options.strecha.run && options.strecha.sigma > 0) {
+      throw InputError("strecha.sigma: needs strecha.run");
+    }
+    if (!options.strecha.run && scene.empty() != depth.empty()) {
+      throw InputError("--scene and --depth: both or neither, they belong together");
+    }
+  }
+
+  std::vector<char> BoundaryFlags(const Truth& loaded, const Scene& views,
+                                  const std::vector<cv::Mat1f>& maps) const {
+    if (maps.empty() || loaded.IsMesh()) return {};
+    std::vector<Camera> cameras;
+    for (const View& view : views.views) cameras.push_back(view.camera);
+    return NearSilhouettes(loaded.cloud.points, cameras, maps, silhouette);
+  }
+
+  TruthDepth DepthOf(const Truth& loaded, const Scene& views,
+                     const std::vector<cv::Mat1f>& maps) const {
+    if (!maps.empty()) return [&maps](int view) { return maps[view]; };
+    return [&](int view) { return RenderDepth(loaded.mesh, views.views[view].camera); };
+  }
+
+  void Run() const {
+    Check();
+    const DtuRegion region = ReadDtuRegion(options.dtu);
+    const TriangleMesh measured = ReadMesh(mesh);
+    const Truth loaded = ReadTruth(truth);
+    if (!depth.empty() && loaded.IsMesh() && !options.strecha.run) {
+      throw InputError(truth, "must be a point cloud to split by --scene and --depth");
+    }
+    if (depth.empty() && !loaded.IsMesh() && options.strecha.run) {
+      throw InputError(truth,
+                       "is a point cloud: strecha.run needs a mesh, or depth maps by --depth");
+    }
+    Scene views;
+    std::vector<cv::Mat1f> maps;
+    if (!scene.empty()) views = LoadScene({scene, images, {}}, /*with_images=*/false);
+    if (!depth.empty()) maps = ReadDepthMaps(depth, views, depth_unit);
+
+    const Evaluation scores =
+        EvaluateMesh(measured, loaded, options.scores, BoundaryFlags(loaded, views, maps));
+    const double unit = options.scores.unit;
+    const TriangleMesh moved = Moved(measured, scores.truth_from_mesh);
+    std::string report = EvaluationReport(scores);
+    nlohmann::json document = ToJson(scores);
+    if (options.dtu.run) {
+      const DtuEvaluation dtu =
+          EvaluateDtu(moved, loaded, options.dtu, region, unit, options.scores.seed);
+      report += DtuReport(dtu, unit);
+      document["dtu"] = ToJson(dtu);
+    }
+    if (options.strecha.run) {
+      const DepthEvaluation depths =
+          EvaluateDepth(moved, views, DepthOf(loaded, views, maps), options.strecha.sigma * unit);
+      report += DepthReport(depths, unit);
+      document["strecha"] = ToJson(depths);
+    }
+    std::cout << (json ? JsonText(document) : report);
+  }
+};
+
+}  // namespace
+
+void AddEvaluateCommand(CLI::App* program) {
+  CLI::App* app = program->add_subcommand("evaluate", "score a mesh against ground truth");
+  const auto command = std::make_shared<EvaluateCommand>();
+  command->options.Describe(&command->set);
+  app->add_option("--mesh", command->mesh, "PLY, OBJ or OFF")
+      ->option_text("FILE (required)")
+      ->required();
+  app->add_option("--truth", command->truth, "mesh, or PLY point cloud, best with normals")
+      ->option_text("FILE (required)")
+      ->required();
+  app->add_option("--scene", command->scene,
+                  "scene, as burin refine reads it, in the truth's frame: for --strecha.run; with "
+                  "--depth and a "
+                  "cloud, completeness also near occlusion boundaries and in the rest")
+      ->option_text("SCENE");
+  app->add_option("--images", command->images,
+                  "folder of the scene's photographs, where it is not its own")
+      ->option_text("DIR");
+  app->add_option(
+         "--depth", command->depth,
+         "true depth map of each view NAME.jpg: NAME.tiff (float) or NAME_depth.png (16 bit)")
+      ->option_text("DIR");
+  app->add_option("--depth_unit", command->depth_unit, "world units of 1 in a PNG depth map")
+      ->check(CLI::PositiveNumber);
+  app->add_option("--boundary_px", command->silhouette.radius_px,
+                  "distance from a depth step that counts as near, pixels (default 4)")
+      ->check(CLI::PositiveNumber);
+  app->add_flag("--json", command->json, "print JSON");
+  BindOptions(&command->set, app, {}, [command] { command->options.scores.Thresholds(); });
+  app->callback([command] { command->Run(); });
+}
+
+}  // namespace burin

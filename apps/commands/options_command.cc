@@ -1,0 +1,127 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <functional>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/commands/commands.h"
+#include "apps/commands/evaluate_options.h"
+#include "apps/commands/option_binding.h"
+#include "apps/run/pipeline.h"
+#include "apps/run/solver_comparison.h"
+#include "core/support/options.h"
+#include "core/synthetic/synthetic.h"
+
+namespace burin {
+namespace {
+
+// Calls visit(command, options) for each command that has options, with their defaults.
+void ForEachCommand(const std::function<void(const std::string&, const OptionSet&)>& visit) {
+  PipelineOptions refine;
+  SyntheticOptions synth;
+  EvaluateOptions evaluate;
+  CompareOptions compare;
+  OptionSet refine_set;
+  OptionSet synth_set;
+  OptionSet evaluate_set;
+  OptionSet compare_set;
+  refine.Describe(&refine_set);
+  synth.Describe(&synth_set);
+  evaluate.Describe(&evaluate_set);
+  compare.Describe(&compare_set);
+  visit("burin refine", refine_set);
+  visit("burin synth", synth_set);
+  visit("burin evaluate", evaluate_set);
+  visit("burin compare-solvers, beside those of refine", compare_set);
+}
+
+void PrintPlain() {
+  ForEachCommand([](const std::string& command, const OptionSet& set) {
+    size_t width = 0;
+    for (const Option& option : set.options()) width = std::max(width, option.name.size());
+    std::cout << command << "\n";
+    for (const Option& option : set.options()) {
+      std::cout << "  --" << option.name << std::string(width + 2 - option.name.size(), ' ')
+                << (option.Text().empty() ? "empty" : option.Text()) << "  (" << option.Constraint()
+                << ")  " << option.help << "\n";
+    }
+  });
+}
+
+// As roff wants it: a backslash, and a dot or quote that would begin a request, are escaped; a minus is
+// one that can be copied.
+std::string Roff(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (c == '\\' || c == '-') escaped += '\\';
+    escaped += c;
+    if (c == '\\') escaped += 'e';
+  }
+  if (!escaped.empty() && (escaped[0] == '.' || escaped[0] == '\'')) escaped.insert(0, "\\&");
+  return escaped;
+}
+
+// The commands and their arguments are CLI11's, the options those of the structs.
+void PrintManual(const CLI::App& program) {
+  std::cout << ".TH BURIN 1 \"\" \"burin " << program.version() << "\" \"User Commands\"\n"
+            << ".SH NAME\nburin \\- " << Roff(program.get_description())
+            << "\n.SH SYNOPSIS\n.B burin\n.I COMMAND\n[arguments] [\\-\\-OPTION VALUE ...]\n"
+            << ".SH COMMANDS\n";
+  for (const CLI::App* command : program.get_subcommands(nullptr)) {
+    std::cout << ".TP\n.B " << Roff(command->get_name()) << "\n"
+              << Roff(command->get_description()) << "\n";
+    for (const CLI::Option* option : command->get_options()) {
+      // Options of the structs have a dot in their names; they follow below.
+      if (option->get_name().find('.') != std::string::npos) continue;
+      if (option->get_name() == "--help") continue;
+      std::cout << ".br\n"
+                << Roff(option->get_name()) << ": " << Roff(option->get_description()) << "\n";
+    }
+  }
+  ForEachCommand([](const std::string& command, const OptionSet& set) {
+    std::cout << ".SH OPTIONS OF " << Roff(command) << "\n";
+    for (const Option& option : set.options()) {
+      std::cout << ".TP\n.B \\-\\-" << Roff(option.name) << "\n"
+                << Roff(option.help + " (" + option.Constraint() +
+                        "; default: " + (option.Text().empty() ? "empty" : option.Text()) + ")")
+                << "\n";
+    }
+  });
+  std::cout
+      << ".SH EXIT STATUS\n0: done. 2: wrong input or options, one line says what. 3: the run "
+         "would not fit into memory. 130, 143: interrupted; \\-\\-resume goes on.\n";
+}
+
+}  // namespace
+
+std::string OptionsDocument() {
+  std::string text =
+      "# Options\n\nGenerated from the options structs by `burin options --markdown`; do not edit. "
+      "Each option is a\ncommand-line flag and, without the `--`, a key of the TOML file given to "
+      "`--config`.\n`--print-config` writes such a file with the options in use.\n";
+  ForEachCommand([&text](const std::string& command, const OptionSet& set) {
+    text += "\n# " + command + "\n\n" + OptionsMarkdown(set);
+  });
+  return text;
+}
+
+void AddOptionsCommand(CLI::App* program) {
+  CLI::App* app = program->add_subcommand("options", "list the options of all commands");
+  const auto markdown = std::make_shared<bool>(false);
+  app->add_flag("--markdown", *markdown, "as the page docs/options.md");
+  const auto manual = std::make_shared<bool>(false);
+  app->add_flag("--man", *manual, "as the manual page burin(1)");
+  app->callback([markdown, manual, program] {
+    if (*markdown) {
+      std::cout << OptionsDocument();
+    } else if (*manual) {
+      PrintManual(*program);
+    } else {
+      PrintPlain();
+    }
+  });
+}
+
+}  // namespace burin

@@ -1,0 +1,91 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/commands/commands.h"
+#include "apps/commands/option_binding.h"
+#include "apps/run/run_output.h"
+#include "apps/run/scene_arguments.h"
+#include "core/evaluate/evaluation.h"
+#include "core/image/picture.h"
+#include "core/mesh/mesh_io.h"
+#include "core/support/error.h"
+#include "core/support/options.h"
+#include "core/visibility/render.h"
+
+namespace burin {
+namespace {
+
+struct PictureCommand {
+  EvaluationOptions options;
+  OptionSet set;
+  SceneArguments source;
+  std::string mesh;
+  std::string truth;
+  std::string output;
+  std::string view;
+
+  const View& ViewOf(const Scene& views) const;
+  void Run() const;
+};
+
+const View& PictureCommand::ViewOf(const Scene& views) const {
+  if (view.empty()) return views.views[views.views.size() / 2];
+  for (const View& one : views.views) {
+    if (one.name == view) return one;
+  }
+  throw InputError("--view " + view + ": the scene has no view of this name");
+}
+
+void PictureCommand::Run() const {
+  const double largest = options.Thresholds().back();
+  const Scene views = LoadScene(source.Source(), /*with_images=*/false);
+  const View& from = ViewOf(views);
+  const TriangleMesh measured = ReadMesh(mesh);
+  CheckMeshIsSeen(views, measured, mesh);
+  const Truth loaded = ReadTruth(truth);
+  const double reach =
+      options.max_distance > 0 ? options.max_distance * options.unit : 10 * largest;
+  const TriangleMesh placed =
+      options.align == "none"
+          ? measured
+          : Moved(measured, EvaluateMesh(measured, loaded, options).truth_from_mesh);
+  ColorScale scale;
+  scale.min = -largest;
+  scale.max = largest;
+  scale.unit = options.unit;
+  scale.label = "error";
+  WritePicture(output, SideBySide({RenderShaded(measured, from.camera),
+                                   RenderVertexScalar(measured, from.camera,
+                                                      VertexErrors(placed, loaded, reach), scale)},
+                                  {"", ""}));
+}
+
+}  // namespace
+
+void AddPictureCommand(CLI::App* program) {
+  CLI::App* app = program->add_subcommand(
+      "picture", "draw a mesh and its errors, as evaluate measures them, from a view of the scene");
+  const auto command = std::make_shared<PictureCommand>();
+  command->options.Describe(&command->set);
+  BindScene(&command->source, app, /*photographs=*/false)[0]->required();
+  app->add_option("--mesh", command->mesh, "PLY, OBJ or OFF")
+      ->option_text("FILE (required)")
+      ->required();
+  app->add_option("--truth", command->truth, "mesh, or PLY point cloud, best with normals")
+      ->option_text("FILE (required)")
+      ->required();
+  app->add_option("--output", command->output,
+                  "picture to write, .png or .jpg: left shaded, right the signed errors of the "
+                  "vertices in unit, colours up to the largest tau")
+      ->option_text("FILE (required)")
+      ->required();
+  app->add_option("--view", command->view, "view to draw from (default: the middle one)")
+      ->option_text("NAME");
+  BindOptions(&command->set, app, {}, [command] { command->options.Thresholds(); });
+  app->callback([command] { command->Run(); });
+}
+
+}  // namespace burin

@@ -1,0 +1,338 @@
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "apps/commands/commands.h"
+#include "apps/commands/option_binding.h"
+#include "apps/run/checkpoint.h"
+#include "apps/run/debug_images.h"
+#include "apps/run/output_folder.h"
+#include "apps/run/pipeline.h"
+#include "apps/run/progress.h"
+#include "apps/run/run_output.h"
+#include "apps/run/scene_arguments.h"
+#include "apps/run/stop_signals.h"
+#include "core/image/picture.h"
+#include "core/mesh/mesh_io.h"
+#include "core/support/atomic_file.h"
+#include "core/support/config.h"
+#include "core/support/error.h"
+#include "core/support/json_file.h"
+#include "core/support/parallel.h"
+#include "core/support/stopwatch.h"
+#include "core/visibility/render.h"
+
+namespace burin {
+namespace {
+
+struct RefineCommand {
+  PipelineOptions options;
+  OptionSet set;
+  SceneArguments source;
+  std::string mesh_path;
+  std::string output_path;
+  std::string resume_path;
+  bool pictures = false;
+  bool debug_images = false;
+  bool level_meshes = false;
+  void Run();
+  std::vector<std::string> given;  // options of `set`, and --config, on the command line
+  // Everything the command line would have given, from the checkpoint of --resume.
+  void TakeFrom(const Checkpoint& checkpoint);
+  void RefuseToReplaceTheMesh(const std::filesystem::path& folder) const;
+  Checkpoint FirstCheckpoint(const Scene& scene, const TriangleMesh& mesh,
+                             const std::vector<CameraPair>& pairs) const;
+  void WritePictures(const std::filesystem::path& folder, const Scene& scene,
+                     const TriangleMesh& before, const TriangleMesh& after) const;
+};
+
+std::string EventText(const RefinementEvent& event) {
+  std::ostringstream text;
+  text << "level " << event.level << " round " << event.round + 1 << " iteration "
+       << event.iteration.iteration << " energy " << event.iteration.energy;
+  return text.str();
+}
+
+std::string RoundText(const RoundContext& context, const TriangleMesh& mesh,
+                      const RoundSummary& round) {
+  std::ostringstream text;
+  text << "level " << (*context.views)[0].camera.width << "x" << (*context.views)[0].camera.height
+       << " round " << round.round + 1 << ": " << mesh.faces.size() << " faces, "
+       << round.pair_pixels << " pixel pairs, " << round.solve.strategy << " "
+       << round.solve.iterations << " iterations, energy "
+       << round.energy_initial["total"].get<double>() << " -> "
+       << round.energy_final["total"].get<double>();
+  if (round.guard.reverted_vertices > 0) {
+    text << ", " << round.guard.reverted_vertices << " vertices taken back";
+  }
+  return text.str();
+}
+
+std::string UndoneText(const LevelSummary& level) {
+  std::ostringstream text;
+  text << "level " << level.width << "x" << level.height
+       << " undone: photographs held back agree less with the mesh after it, mean 1 - ZNCC "
+       << level.held_back["before"].get<double>() << " -> "
+       << level.held_back["after"].get<double>();
+  return text.str();
+}
+
+// A run that has been finished in this folder and not begun anew.
+bool IsComplete(const std::filesystem::path& folder) {
+  std::error_code error;
+  return !std::filesystem::exists(std::filesystem::symlink_status(CheckpointPath(folder), error)) &&
+         std::filesystem::exists(folder / "summary.json", error);
+}
+
+std::filesystem::path LevelPath(const std::filesystem::path& folder, int level) {
+  return folder / ("level_" + std::to_string(level) + ".ply");
+}
+
+void CheckUnchanged(const Checkpoint& checkpoint, const Scene& scene, const TriangleMesh& mesh) {
+  if (checkpoint.inputs != InputsFingerprint(scene, mesh)) {
+    throw InputError("--resume: " + checkpoint.source.scene + " or " + checkpoint.mesh_path +
+                     " is not what it was when the run began");
+  }
+}
+
+// The middle view of the scene: its photograph and both meshes, shaded from its camera.
+void RefineCommand::WritePictures(const std::filesystem::path& folder, const Scene& scene,
+                                  const TriangleMesh& before, const TriangleMesh& after) const {
+  const View& view = scene.views[scene.views.size() / 2];
+  cv::Mat photograph;
+  view.gray.convertTo(photograph, CV_8U);
+  WritePicture(
+      folder / "before_after.png",
+      SideBySide({photograph, RenderShaded(before, view.camera), RenderShaded(after, view.camera)},
+                 {view.name, "before", "after"}));
+}
+
+void RefineCommand::TakeFrom(const Checkpoint& checkpoint) {
+  const int threads = options.threads;
+  const bool threads_given = given == std::vector<std::string>{"--run.threads"};
+  if (!given.empty() && !threads_given) {
+    throw InputError("--resume: goes on with the options of the run in " + resume_path +
+                     "; only --run.threads may be given");
+  }
+  ParseConfig(checkpoint.config, CheckpointPath(resume_path).string(), &set);
+  if (threads_given) options.threads = threads;
+  output_path = resume_path;
+  source = checkpoint.source;
+  mesh_path = checkpoint.mesh_path;
+  pictures = checkpoint.pictures;
+  debug_images = checkpoint.debug_images;
+  level_meshes = checkpoint.level_meshes;
+}
+
+Checkpoint RefineCommand::FirstCheckpoint(const Scene& scene, const TriangleMesh& mesh,
+                                          const std::vector<CameraPair>& pairs) const {
+  Checkpoint checkpoint;
+  checkpoint.source = source.Absolute();
+  checkpoint.mesh_path = std::filesystem::absolute(mesh_path).string();
+  checkpoint.config = ConfigText(set);
+  checkpoint.inputs = InputsFingerprint(scene, mesh);
+  checkpoint.pictures = pictures;
+  checkpoint.debug_images = debug_images;
+  checkpoint.level_meshes = level_meshes;
+  checkpoint.pairs = pairs;
+  return checkpoint;
+}
+
+// An interrupted run needs the mesh that it began with.
+void RefineCommand::RefuseToReplaceTheMesh(const std::filesystem::path& folder) const {
+  std::vector<std::filesystem::path> written = {folder / "refined.ply"};
+  for (int level = 0; level_meshes && level < 32; ++level)
+    written.push_back(LevelPath(folder, level));
+  for (const std::filesystem::path& file : written) {
+    std::error_code error;
+    if (std::filesystem::exists(file, error) &&
+        std::filesystem::equivalent(file, mesh_path, error)) {
+      throw InputError("--mesh: this run would write to " + file.string() +
+                       ": name another --output");
+    }
+  }
+}
+
+void RefineCommand::Run() {
+  const Stopwatch watch;
+  const StopSignals signals;
+  Checkpoint checkpoint;
+  if (!resume_path.empty()) {
+    if (IsComplete(resume_path)) {
+      std::cout << resume_path << ": the run is complete, there is nothing to resume\n";
+      return;
+    }
+    checkpoint = ReadCheckpoint(CheckpointPath(resume_path));
+    TakeFrom(checkpoint);
+  }
+  options.Check();
+  if (!options.pairs.file.empty()) {
+    options.pairs.file = std::filesystem::absolute(options.pairs.file).string();
+  }
+  SetThreadCount(options.threads);
+  const OutputFolder output(output_path);
+  const std::filesystem::path& folder = output.path();
+  RefuseToReplaceTheMesh(folder);
+  MeshReport report;
+  const TriangleMesh mesh = ReadMesh(mesh_path, &report);
+  RunInputs inputs;
+  inputs.memory = CheckMemory(LoadScene(source.Source(), /*with_images=*/false), mesh, options);
+  const Scene scene = LoadScene(source.Source());
+  CheckMeshIsSeen(scene, mesh, mesh_path);
+  if (!resume_path.empty()) CheckUnchanged(checkpoint, scene, mesh);
+  signals.ThrowIfCaught();
+  inputs.command_line = "burin refine " + source.Text() + " --mesh " + mesh_path + " --output " +
+                        output_path + " --config " + (folder / "config.toml").string();
+  inputs.scene_path = source.scene;
+  inputs.mesh_path = mesh_path;
+  inputs.scene = &scene;
+  inputs.mesh = &mesh;
+  inputs.mesh_report = report.Brief();
+  inputs.load_seconds = watch.Seconds();
+
+  Progress progress;
+  progress.Begin(1);
+  progress.Line("read " + std::to_string(scene.views.size()) + " views, " +
+                std::to_string(scene.points.size()) + " points; mesh: " + report.Brief());
+  std::vector<std::string> names;
+  for (const View& view : scene.views) names.push_back(view.name);
+  const std::filesystem::path checkpoint_path = CheckpointPath(folder);
+  const Stopwatch selection_watch;
+  const PairSelection selection = SelectPairs(scene, mesh, options.pairs);
+  const double selection_seconds = selection_watch.Seconds();
+  signals.ThrowIfCaught();
+  RemoveTemporaries(folder);
+  if (resume_path.empty()) {
+    checkpoint = FirstCheckpoint(scene, mesh, selection.pairs);
+    WriteCheckpoint(checkpoint_path, checkpoint);
+  } else if (checkpoint.pairs != selection.pairs) {
+    throw InputError("--resume: the camera pairs are not those that the run began with");
+  }
+  const std::optional<RefinementState> start = checkpoint.state;
+  RefinementHooks hooks;
+  hooks.on_iteration = [&](const RefinementEvent& event) {
+    checkpoint.events.push_back(event);
+    progress.Update(event.done, EventText(event));
+    return signals.Caught() == 0;
+  };
+  hooks.on_level = [&](const LevelSummary& level, const TriangleMesh& now) {
+    if (level.undone) progress.Line(UndoneText(level));
+    if (!level_meshes) return;
+    WriteMesh(LevelPath(folder, level.level), now);
+  };
+  hooks.on_state = [&](const RefinementState& state) {
+    checkpoint.state = state;
+    WriteCheckpoint(checkpoint_path, checkpoint);
+  };
+  hooks.on_round = [&](const RoundContext& context, const TriangleMesh& now,
+                       const RoundSummary& round) {
+    progress.Line(RoundText(context, now, round));
+    if (debug_images && round.round == 0) {
+      MakeFolder(folder / "debug");
+      const int level = static_cast<int>(std::lround(std::log2(
+          static_cast<double>(scene.views[0].camera.width) / (*context.views)[0].camera.width)));
+      WriteDebugImages(folder / "debug", level, context, options.photo, names);
+    }
+  };
+  PipelineResult result;
+  try {
+    result =
+        RunPipeline(scene, mesh, options, hooks, &selection, start.has_value() ? &*start : nullptr);
+  } catch (const InputError&) {
+    // Nothing to go on from: it would fail again.
+    if (!checkpoint.state.has_value()) std::filesystem::remove(checkpoint_path);
+    throw;
+  }
+  result.selection_seconds = selection_seconds;
+  for (const std::string& warning : result.selection.warnings) {
+    progress.Line("no partner: " + warning);
+  }
+  progress.End();
+
+  WriteMesh(folder / "refined.ply", result.mesh, nullptr, result.quality);
+  WriteTextAtomically(folder / "trace.csv", TraceCsv(checkpoint.events));
+  WriteTextAtomically(folder / "config.toml", ConfigText(set));
+  if (pictures) WritePictures(folder, scene, mesh, result.mesh);
+  nlohmann::ordered_json summary = SummaryJson(inputs, options, result, watch.Seconds());
+  const int caught = signals.Caught();
+  summary["complete"] = caught == 0;
+  WriteTextAtomically(folder / "summary.json", JsonText(summary));
+  if (caught != 0) {
+    throw Interrupted(caught, (folder / "refined.ply").string() +
+                                  " is the mesh so far; to go on: burin refine --resume " +
+                                  folder.string());
+  }
+  std::filesystem::remove(checkpoint_path);
+  std::cout << "wrote " << (folder / "refined.ply").string() << ": " << result.mesh.vertices.size()
+            << " vertices, " << result.mesh.faces.size() << " faces; "
+            << result.selection.pairs.size() << " pairs, " << std::lround(watch.Seconds()) << " s, "
+            << std::lround(PeakMemoryMib()) << " MiB\n";
+}
+
+}  // namespace
+
+void AddRefineCommand(CLI::App* program) {
+  CLI::App* app = program->add_subcommand("refine", "refine a mesh against its photographs");
+  const auto command = std::make_shared<RefineCommand>();
+  command->options.Describe(&command->set);
+  const std::vector<CLI::Option*> sources = BindScene(&command->source, app, /*photographs=*/true);
+  CLI::Option* mesh = app->add_option("--mesh", command->mesh_path,
+                                      "mesh to start from: PLY, OBJ or OFF; for NAME.mvs by "
+                                      "itself NAME_mesh.ply")
+                          ->option_text("FILE (required)");
+  CLI::Option* output = app->add_option("--output", command->output_path,
+                                        "folder for refined.ply, summary.json and trace.csv")
+                            ->option_text("DIR (required)");
+  CLI::Option* pictures =
+      app->add_flag("--pictures", command->pictures,
+                    "also write before_after.png: the middle view and both meshes seen from it");
+  CLI::Option* level_meshes =
+      app->add_flag("--level-meshes", command->level_meshes,
+                    "also write level_N.ply, the mesh at the end of pyramid level N");
+  CLI::Option* debug_images =
+      app->add_flag("--debug.images", command->debug_images,
+                    "also write debug/: per level and view, the taps its windows keep and its "
+                    "first pair's errors with and without masks");
+  CLI::Option* resume =
+      app->add_option("--resume", command->resume_path,
+                      "instead of all that: go on with the interrupted run in this folder, to the "
+                      "same mesh; --run.threads may be given")
+          ->option_text("DIR")
+          ->excludes(mesh)
+          ->excludes(output)
+          ->excludes(pictures)
+          ->excludes(level_meshes)
+          ->excludes(debug_images);
+  for (CLI::Option* source : sources) resume->excludes(source);
+  BindOptions(&command->set, app, {}, [command] { command->options.Check(); });
+  app->callback(
+      [app, command, required = std::vector<CLI::Option*>{sources[0], mesh, output}, mesh, resume] {
+        if (!resume->empty() && command->resume_path.empty()) {
+          throw InputError("--resume: must name a folder");
+        }
+        if (!mesh->empty() && command->mesh_path.empty()) {
+          throw InputError("--mesh: must name a file");
+        }
+        for (const CLI::Option* option : app->get_options()) {
+          const std::string name = option->get_name();
+          const bool of_run = name == "--config" || command->set.Find(name.substr(2)) != nullptr;
+          if (option->count() > 0 && of_run) command->given.push_back(name);
+        }
+        if (mesh->empty()) command->mesh_path = MeshBeside(command->source.scene).string();
+        for (const CLI::Option* input : required) {
+          const bool found = input == mesh && !command->mesh_path.empty();
+          if (resume->empty() && input->empty() && !found)
+            throw CLI::RequiredError(input->get_name());
+        }
+        command->Run();
+      });
+}
+
+}  // namespace burin

@@ -1,0 +1,41 @@
+// checkpoint.cbor in a run's output folder: what `burin refine --resume` goes on from. It is there
+// from before the first round until the run is complete, and always whole.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/run/scene_arguments.h"
+#include "core/mesh/mesh.h"
+#include "core/refine/refinement.h"
+#include "core/scene/pairs.h"
+#include "core/scene/scene.h"
+
+namespace burin {
+
+struct Checkpoint {
+  SceneArguments source;  // absolute
+  std::string mesh_path;  // absolute
+  std::string config;     // every option, as TOML
+  std::string inputs;     // InputsFingerprint
+  bool pictures = false;
+  bool debug_images = false;
+  bool level_meshes = false;
+  std::vector<CameraPair> pairs;
+  std::vector<RefinementEvent> events;   // the trace so far
+  std::optional<RefinementState> state;  // after the last finished round; none before the first
+};
+
+// Tells changed inputs apart: a hash of cameras, grey images and mesh.
+std::string InputsFingerprint(const Scene& scene, const TriangleMesh& mesh);
+
+std::filesystem::path CheckpointPath(const std::filesystem::path& output_folder);
+
+void WriteCheckpoint(const std::filesystem::path& path, const Checkpoint& checkpoint);
+
+// Throws InputError when there is none or it is not one.
+Checkpoint ReadCheckpoint(const std::filesystem::path& path);
+
+}  // namespace burin

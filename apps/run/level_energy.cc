@@ -1,0 +1,209 @@
+#include "apps/run/level_energy.h"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <set>
+#include <utility>
+
+#include "core/refine/frozen_round.h"
+#include "core/refine/round.h"
+#include "core/scene/pyramid.h"
+#include "core/solve/normal_equations.h"
+#include "core/support/error.h"
+#include "core/support/parallel.h"
+
+namespace burin {
+
+namespace {
+
+void CheckLevel(const Scene& scene, int level, int window) {
+  constexpr int kCoarsest = 11;  // as level.finest
+  if (level < 0 || level > kCoarsest) {
+    throw InputError("level = " + std::to_string(level) + ": must be in [0, " +
+                     std::to_string(kCoarsest) + "]");
+  }
+  for (const View& view : scene.views) {
+    if ((std::min(view.camera.width, view.camera.height) >> level) < window) {
+      throw InputError("level = " + std::to_string(level) + ": photograph " + view.name +
+                       " is smaller than the window there");
+    }
+  }
+}
+
+void CheckPairs(const Scene& scene, const std::vector<CameraPair>& pairs) {
+  std::set<std::pair<int, int>> present;
+  for (const CameraPair& pair : pairs) {
+    for (const int view : {pair.reference, pair.second}) {
+      if (view < 0 || view >= static_cast<int>(scene.views.size())) {
+        throw InputError("pairs: there is no view " + std::to_string(view));
+      }
+    }
+    const std::string name =
+        "(" + std::to_string(pair.reference) + ", " + std::to_string(pair.second) + ")";
+    if (pair.reference == pair.second) throw InputError("pairs: " + name + " is one view twice");
+    if (!present.emplace(pair.reference, pair.second).second) {
+      throw InputError("pairs: " + name + " appears twice");
+    }
+  }
+}
+
+}  // namespace
+
+struct LevelEnergy::Impl {
+  Impl(const Scene& scene, const TriangleMesh& world, const std::vector<CameraPair>& pairs,
+       const PipelineOptions& o, int level)
+      : options(o), photometric(o.photo), smoothness(o.smooth) {
+    options.Check();
+    SetThreadCount(options.threads);
+    CheckLevel(scene, level, options.photo.window);
+    CheckPairs(scene, pairs);
+    footprint = MedianFootprint(scene, world);
+    if (footprint <= 0) throw InputError("no vertex of the mesh projects into any of the views");
+    origin = BoundingBox(world).center();
+    mesh = world;
+    for (Eigen::Vector3d& vertex : mesh.vertices) vertex = (vertex - origin) / footprint;
+    views = MakeLevelViews(scene, level, origin, 1 / footprint);
+    const bool free = options.refinement.motion == "free";
+    context = FreezeRound(views, pairs, mesh, free ? Motion::kFree : Motion::kNormal,
+                          options.refinement.level.border_px, &domains);
+    int64_t pixels = 0;
+    for (const ViewDomain& domain : domains) {
+      for (const int64_t of_pair : domain.pair_pixels) pixels += of_pair;
+    }
+    if (pixels == 0) throw InputError("pairs: none of them sees a common part of the mesh");
+    const std::vector<EnergyTerm*> terms = {&photometric, &smoothness};
+    for (EnergyTerm* term : terms) {
+      term->BeginLevel(views);
+      term->BeginRound(context);
+    }
+    positions = mesh.vertices;
+    round = std::make_unique<RoundProblem>(terms, context, &positions);
+    round->task.pixel = std::ldexp(1.0, level);
+    equations =
+        std::make_unique<NormalEquations>(round->task.problem, &photometric, round->task.blocks);
+    equations->Save(&start);
+    vertex_of_unknown.resize(equations->unknowns());
+    for (const NormalEquations::MovingBlock& block : equations->moving_blocks()) {
+      const auto vertex = static_cast<int>(reinterpret_cast<const Eigen::Vector3d*>(block.values) -
+                                           positions.data());
+      for (int k = 0; k < block.tangent_size; ++k) {
+        vertex_of_unknown[block.first_unknown + k] = vertex;
+      }
+    }
+  }
+
+  void MoveTo(const Eigen::VectorXd& x) {
+    if (x.size() != equations->unknowns()) {
+      throw InputError("x: has " + std::to_string(x.size()) + " entries, must have " +
+                       std::to_string(equations->unknowns()));
+    }
+    equations->SetPlus(start, x);
+  }
+
+  std::mutex mutex;  // held while a call uses what is below
+  PipelineOptions options;
+  PhotometricEnergy photometric;
+  SmoothnessEnergy smoothness;
+  Eigen::Vector3d origin;
+  double footprint = 1;
+  TriangleMesh mesh;  // normalised world
+  std::vector<LevelView> views;
+  std::vector<ViewDomain> domains;
+  RoundContext context;
+  std::vector<Eigen::Vector3d> positions;
+  std::unique_ptr<RoundProblem> round;
+  std::unique_ptr<NormalEquations> equations;
+  NormalEquations::State start;
+  std::vector<int> vertex_of_unknown;
+};
+
+LevelEnergy::LevelEnergy(const Scene& scene, const TriangleMesh& mesh,
+                         const std::vector<CameraPair>& pairs, const PipelineOptions& options,
+                         int level)
+    : impl_(std::make_unique<Impl>(scene, mesh, pairs, options, level)) {}
+
+LevelEnergy::~LevelEnergy() = default;
+
+int LevelEnergy::unknowns() const { return impl_->equations->unknowns(); }
+double LevelEnergy::footprint() const { return impl_->footprint; }
+const std::vector<int>& LevelEnergy::vertex_of_unknown() const { return impl_->vertex_of_unknown; }
+const std::vector<Eigen::Vector3d>& LevelEnergy::normals() const { return impl_->context.normals; }
+
+double LevelEnergy::Evaluate(const Eigen::VectorXd& x, Eigen::VectorXd* gradient) {
+  const std::lock_guard<std::mutex> lock(impl_->mutex);
+  impl_->MoveTo(x);
+  double energy = 0;
+  gradient->resize(unknowns());
+  if (!impl_->equations->EvaluateGradient(&energy, gradient)) return std::nan("");
+  return energy;
+}
+
+SymmetricMatrix LevelEnergy::Linearize(const Eigen::VectorXd& x, double* energy,
+                                       Eigen::VectorXd* gradient) {
+  const std::lock_guard<std::mutex> lock(impl_->mutex);
+  impl_->MoveTo(x);
+  gradient->resize(unknowns());
+  if (!impl_->equations->Evaluate(energy, gradient)) *energy = std::nan("");
+  return impl_->equations->matrix();
+}
+
+nlohmann::json LevelEnergy::Terms(const Eigen::VectorXd& x) {
+  const std::lock_guard<std::mutex> lock(impl_->mutex);
+  impl_->MoveTo(x);
+  return impl_->round->EnergyByTerm();
+}
+
+std::vector<Eigen::Vector3d> LevelEnergy::VerticesAt(const Eigen::VectorXd& x) const {
+  const std::lock_guard<std::mutex> lock(impl_->mutex);
+  impl_->MoveTo(x);
+  std::vector<Eigen::Vector3d> vertices = impl_->positions;
+  for (Eigen::Vector3d& vertex : vertices) vertex = vertex * impl_->footprint + impl_->origin;
+  return vertices;
+}
+
+LevelEnergy::Solution LevelEnergy::Solve(const std::string& strategy) {
+  const std::lock_guard<std::mutex> lock(impl_->mutex);
+  const SolverOptions& solver = impl_->options.refinement.solver;
+  const RoundTrial trial = impl_->round->Try(StrategyFor(strategy, unknowns(), solver), solver,
+                                             impl_->mesh.vertices, {});
+  Solution solution;
+  solution.x.resize(unknowns());
+  const bool free = impl_->context.motion == Motion::kFree;
+  for (int k = 0; k < unknowns(); ++k) {
+    const int v = impl_->vertex_of_unknown[k];
+    const Eigen::Vector3d move = trial.vertices[v] - impl_->mesh.vertices[v];
+    solution.x[k] = free ? move[k % 3] : move.dot(impl_->context.normals[v]);
+  }
+  solution.energy = trial.energy_final["total"];
+  solution.iterations = trial.solve.iterations;
+  solution.evaluations = trial.evaluations;
+  solution.termination = trial.solve.termination;
+  return solution;
+}
+
+cv::Mat1i LevelEnergy::KeptTaps(int view) {
+  const std::lock_guard<std::mutex> lock(impl_->mutex);
+  if (view < 0 || view >= static_cast<int>(impl_->views.size())) {
+    throw InputError("there is no view " + std::to_string(view));
+  }
+  const ViewDomain& domain = impl_->domains[view];
+  const WindowMasks& masks = impl_->photometric.masks(view);
+  const int side = impl_->options.photo.window;
+  cv::Mat1i taps(domain.height, domain.width, 0);
+  for (const uint32_t p : domain.pixel) {
+    taps(static_cast<int>(p / domain.width), static_cast<int>(p % domain.width)) = side * side;
+  }
+  for (int y = 0; y + 1 < static_cast<int>(masks.row_start.size()); ++y) {
+    for (uint32_t entry = masks.row_start[y]; entry < masks.row_start[y + 1]; ++entry) {
+      int kept = 0;
+      for (int word = 0; word < masks.words; ++word) {
+        kept += __builtin_popcountll(masks.bits[static_cast<size_t>(entry) * masks.words + word]);
+      }
+      taps(y, masks.column[entry]) = kept;
+    }
+  }
+  return taps;
+}
+
+}  // namespace burin

@@ -1,0 +1,345 @@
+#include "apps/run/memory_estimate.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/mesh/projected_area.h"
+#include "core/support/parallel.h"
+#include "core/visibility/facet_pencil.h"
+#include "costs/patch_cost.h"
+#include "costs/photometric_energy.h"
+#include "costs/stencil_cost.h"
+
+namespace burin {
+namespace {
+
+constexpr double kMib = 1024.0 * 1024.0;
+constexpr double kRing = 7;         // vertices of a patch: a vertex and, on average, six neighbours
+constexpr double kFacetsOf = 6;     // facets of a vertex
+constexpr double kAllocation = 16;  // header and rounding of a small allocation (glibc)
+constexpr double kPointer = 8;
+constexpr int kFaceGrain = 2048;
+
+// The table to correct when what is kept changes. Bytes.
+struct Costs {
+  // The program with its libraries, thread pools and Embree's device, nothing loaded.
+  double base = 62 * kMib;
+
+  // --- a pixel of a level, in every view
+  double level_image = 4;    // float; level 0 shares the photograph instead
+  double pixel_list = 4;     // ViewDomain::pixel, of covered pixels
+  double mask_entry = 13;    // WindowMasks: column 4, bits 8, thin 1
+  double mask_share = 0.15;  // of covered pixels: windows with a mask (0.004 to 0.19 measured)
+  // --- a pixel of the largest view, of the view in work
+  // inverse depth, cost, slope, curvature (fields, added by precision), reference image as float 4
+  double view_fields = 4;
+
+  // --- a thread: the rows of PairKernel, 20 fields of 5 rows of a 512-pixel tile and stack
+  double thread = 1 * kMib;
+
+  // --- a facet visible in a view: ViewDomain::facet 4, start 12
+  double visible_facet = 16;
+  // --- a visible facet of the view in work: FacetPencil
+  double facet_pencil = sizeof(FacetPencil);
+
+  // --- a facet of the mesh
+  double facet_mesh = 2 * sizeof(Eigen::Vector3i);  // the mesh and the input it came from
+  // and the facet's normal, and its scores at a level's start and end
+  double facet_sums = 3 * sizeof(CornerSums) + sizeof(Eigen::Vector3d) + 2 * sizeof(FacetScore);
+
+  // --- a vertex of the mesh
+  // positions: mesh, solver's, last evaluated, input; RoundContext: normal, boundary and supported,
+  // neighbours and faces with their starts
+  double vertex_mesh = 4 * sizeof(Eigen::Vector3d) + sizeof(Eigen::Vector3d) + 2 +
+                       4 * (kFacetsOf + 1) + 4 * (kFacetsOf + 1);
+  // PatchCost: object, blocks, incident facets of 5 ints, parameter sizes; factor added by unknowns
+  double patch = sizeof(PatchCost) + kRing * 4 + kFacetsOf * 20 + kRing * 4 + 5 * kAllocation;
+  // StencilCost: object, and added by size coefficient and parameter size
+  double stencil = sizeof(StencilCost) + 3 * kAllocation;
+  double stencil_entry = 8 + 4;
+  // ceres::Problem. A residual block: object 32, its pointer in two programs, node of the map that
+  // counts cost functions 48; added by size the pointers to parameter blocks.
+  double residual_block = 32 + 2 * kPointer + 48 + 3 * kAllocation;
+  // A parameter block: object 104, plus-Jacobian 24, manifold 40, node of the map from pointers 48,
+  // pointers in two programs.
+  double parameter_block = 104 + 24 + 40 + 48 + 2 * kPointer + 4 * kAllocation;
+  // State, candidate, step, gradient, scaling, ... of Ceres: about four vectors in coordinates and
+  // ten in unknowns.
+  double vertex_state = 4 * 24;
+  double unknown_state = 10 * 8;
+
+  // --- Ceres' Jacobian: values by size; a row block 8, the vector of its cells 24, layout pointer 8;
+  // a cell 8 and its place in the layout 4
+  double row_block = 8 + 24 + 8 + 2 * kAllocation;
+  double cell = 8 + 4;
+
+  // --- Cholesky: J^T J by its list of products (block row, block column, index: 12, in a vector that
+  // doubles: a third more on average, offset 4) and its entries (8, index 4, and a copy for CHOLMOD);
+  // the factor has fill * log2(n) numbers an unknown and block (nested dissection of a plane mesh:
+  // n log n), with indices
+  double product = 12 * 4.0 / 3 + 4;
+  double normal_entry = 2 * (8 + 4);
+  // NormalEquations: an entry of H with its column and mirror, a residual's place for an entry, and
+  // of a residual's parameter the pointer, contribution and plus Jacobian.
+  double equation_entry = 8 + 4 + 12;
+  double equation_slot = 4;
+  double equation_parameter = 16 + 8 + 24;
+  double fill = 4.5;
+  double factor_entry = 8 + 1;
+
+  // Small allocations (everything above that is a vertex's) leave gaps between them.
+  double gaps = 1.08;
+
+  double point = sizeof(ScenePoint) + 4 * 8;  // of the scene, with its views
+};
+constexpr Costs kCost;
+
+// Pieces that conforming bisection makes beyond those of the faces that are too large.
+constexpr double kConforming = 1.0;
+// Pieces that level.max_edge_px and the growth of moved surfaces add: 1.4 seen on fountain-P11, which
+// bridges depth steps, 1.1 on scenes that do not.
+constexpr double kLongEdges = 1.25;
+
+// Vertices that share a residual with a vertex, itself included, when residuals are on `stencil`
+// vertices: k rings of a regular mesh have 1 + 3 k (k + 1) vertices, two residuals' reach twice that.
+double CoupledVertices(double stencil) {
+  const double rings = (std::sqrt(1 + 4 * (stencil - 1) / 3) - 1) / 2;
+  return 1 + 3 * (2 * rings) * (2 * rings + 1);
+}
+
+// What a strategy keeps beside the problem.
+struct SolverCost {
+  const char* name;
+  bool jacobian;   // Ceres' own
+  bool equations;  // NormalEquations
+  bool factor;
+  double vectors;  // of unknowns
+};
+constexpr SolverCost kSolverCosts[] = {
+    {"gradient_descent", false, false, false, 8},
+    {"steepest_descent", false, false, false, 2},
+    {"ncg", false, false, false, 2},
+    {"bfgs", false, false, false, 2},        // and its matrix
+    {"lbfgs", false, false, false, 2 * 20},  // Ceres' default rank
+    {"lbfgs_sobolev", false, true, true, 2 * 20},
+    {"lbfgs_h", false, true, true, 2 * 20},
+    {"lm_cgnr", true, false, false, 6},
+    {"lm_pcg", false, true, false, 8},
+    {"lm_cholesky", true, false, true, 2},
+    {"dogleg", true, false, true, 6},
+};
+constexpr double kBfgsMaxUnknowns = 8000;  // larger ones are refused by Refine
+
+SolverCost CostOf(const std::string& solver) {
+  for (const SolverCost& cost : kSolverCosts) {
+    if (solver == cost.name) return cost;
+  }
+  return {"", true, true, true, 2 * 20};
+}
+
+}  // namespace
+
+SurfaceInViews LookAtSurface(const Scene& scene, const TriangleMesh& mesh) {
+  const size_t view_count = scene.views.size();
+  std::vector<Eigen::Matrix<double, 3, 4>> projections;
+  std::vector<Eigen::Vector3d> centers;
+  for (const View& view : scene.views) {
+    projections.push_back(view.camera.ProjectionMatrix());
+    centers.push_back(view.camera.Center());
+  }
+  const int faces = static_cast<int>(mesh.faces.size());
+  const int slices = (faces + kFaceGrain - 1) / kFaceGrain;
+  SurfaceInViews surface;
+  surface.sharpest_area.assign(faces, 0);
+  std::vector<std::vector<double>> covered(slices, std::vector<double>(view_count, 0));
+  std::vector<double> area_by_views(slices, 0);
+  ParallelFor(slices, 1, [&](int begin, int end) {
+    for (int slice = begin; slice < end; ++slice) {
+      for (int f = slice * kFaceGrain; f < std::min(faces, (slice + 1) * kFaceGrain); ++f) {
+        const Eigen::Vector3d normal = FaceAreaNormal(mesh, f);
+        const Eigen::Vector3d& a = mesh.vertices[mesh.faces[f][0]];
+        int seen = 0;
+        for (size_t v = 0; v < view_count; ++v) {
+          if (normal.dot(centers[v] - a) <= 0) continue;
+          const Camera& camera = scene.views[v].camera;
+          const double area =
+              ProjectedArea(projections[v], camera.width, camera.height, a,
+                            mesh.vertices[mesh.faces[f][1]], mesh.vertices[mesh.faces[f][2]]);
+          if (area <= 0) continue;
+          ++seen;
+          covered[slice][v] += area;
+          surface.sharpest_area[f] = std::max(surface.sharpest_area[f], area);
+        }
+        area_by_views[slice] += seen * surface.sharpest_area[f];
+      }
+    }
+  });
+  surface.covered.assign(view_count, 0);
+  double by_views = 0;
+  double total = 0;
+  for (int slice = 0; slice < slices; ++slice) {
+    by_views += area_by_views[slice];
+    for (size_t v = 0; v < view_count; ++v) surface.covered[v] += covered[slice][v];
+  }
+  for (const double area : surface.sharpest_area) total += area;
+  surface.views_per_area = total > 0 ? by_views / total : 0;
+  for (size_t v = 0; v < view_count; ++v) {
+    const Camera& camera = scene.views[v].camera;
+    surface.covered[v] =
+        std::min(surface.covered[v], static_cast<double>(camera.width) * camera.height);
+  }
+  return surface;
+}
+
+int64_t ExpectedFaces(const SurfaceInViews& surface, double max_facet_px, int level) {
+  const double max_area = std::ldexp(max_facet_px, 2 * level);  // at full resolution
+  double faces = 0;
+  double split = 0;
+  for (const double area : surface.sharpest_area) {
+    if (area <= max_area) {
+      faces += 1;
+    } else {
+      split += std::exp2(std::ceil(std::log2(area / max_area)));
+    }
+  }
+  return static_cast<int64_t>(faces + kConforming * split);
+}
+
+double MemoryEstimate::Mib() const {
+  double total = 0;
+  for (const auto& part : parts) total += part.second;
+  return total;
+}
+
+MemoryEstimate EstimateLevel(const LevelLoad& load) {
+  const SolverCost solver = CostOf(load.solver);
+  const double n = load.unknowns_per_vertex;
+  const double unknowns = n * load.vertices;
+  const double patch_unknowns = n * kRing;
+  const double fields = load.field_bytes;
+  const double spline = load.level_pixels * fields * 1.05;  // with a border of 8 pixels
+  const double images = load.scene_bytes + load.points * kCost.point + spline +
+                        (load.level > 0 ? load.level_pixels * kCost.level_image : 0);
+  const double pixels =
+      load.domain_bytes + load.covered_pixels * kCost.pixel_list +
+      (load.masks ? load.covered_pixels * kCost.mask_share * kCost.mask_entry : 0) +
+      load.largest_view * (kCost.view_fields + 4 * fields) +
+      load.visible_facets * kCost.visible_facet +
+      std::min(load.visible_facets, load.faces) * kCost.facet_pencil + load.threads * kCost.thread;
+  const double mesh = load.faces * kCost.facet_mesh + load.vertices * kCost.vertex_mesh;
+  const double factor_of_patch =
+      8 * (patch_unknowns + 1 + patch_unknowns * (patch_unknowns + 1) / 2);
+  const double stencil = load.stencil > 0 ? kCost.stencil + load.stencil * kCost.stencil_entry : 0;
+  const double energy =
+      load.faces * kCost.facet_sums + load.vertices * (kCost.patch + factor_of_patch + stencil);
+  const double residual_blocks = load.stencil > 0 ? 2 : 1;
+  const double problem =
+      load.vertices * (residual_blocks * kCost.residual_block + (kRing + load.stencil) * kPointer +
+                       kCost.parameter_block + kCost.vertex_state) +
+      unknowns * (kCost.unknown_state + 8 * solver.vectors);
+  double jacobian = 0;
+  if (solver.jacobian) {
+    // A patch has one row more than unknowns, a stencil three.
+    jacobian =
+        load.vertices * (8 * ((patch_unknowns + 1) * patch_unknowns + 3 * n * load.stencil) +
+                         residual_blocks * kCost.row_block + (kRing + load.stencil) * kCost.cell);
+  }
+  double linear = 0;
+  const auto pairs = [](double blocks) { return blocks * (blocks + 1) / 2; };
+  const double coupled = CoupledVertices(std::max(kRing, load.stencil));
+  if (solver.equations) {
+    linear += load.vertices * (n * n * coupled * kCost.equation_entry +
+                               (pairs(kRing) + pairs(load.stencil)) * kCost.equation_slot +
+                               (kRing + load.stencil) * kCost.equation_parameter);
+  }
+  if (solver.factor) {
+    // Wider rows of the matrix fill the factor more; measured with the bi-Laplacian.
+    const double fill = kCost.fill * std::sqrt(coupled / CoupledVertices(kRing));
+    linear +=
+        load.vertices * (pairs(kRing) + pairs(load.stencil)) * kCost.product +
+        load.vertices * n * n * (coupled + 1) / 2 * kCost.normal_entry +
+        load.vertices * n * n * fill * std::log2(std::max(2.0, load.vertices)) * kCost.factor_entry;
+  }
+  if (load.solver == "bfgs") linear = 8 * std::pow(std::min(unknowns, kBfgsMaxUnknowns), 2);
+  MemoryEstimate estimate;
+  estimate.level = load.level;
+  estimate.vertices = static_cast<int64_t>(load.vertices);
+  estimate.faces = static_cast<int64_t>(load.faces);
+  const double small = kCost.gaps / kMib;
+  estimate.parts = {{"program", kCost.base / kMib},
+                    {"held", load.held_bytes / kMib},
+                    {"images", images / kMib},
+                    {"pixels", pixels / kMib},
+                    {"mesh", mesh / kMib},
+                    {"energy", energy * small},
+                    {"ceres_problem", problem * small},
+                    {"jacobian", jacobian * small},
+                    {"linear_solver", linear * small}};
+  return estimate;
+}
+
+MemoryEstimate EstimateMemory(const Scene& scene, const TriangleMesh& mesh,
+                              const SurfaceInViews& surface, const PipelineOptions& options,
+                              double held_bytes) {
+  LevelLoad load;
+  load.held_bytes = held_bytes;
+  const LevelOptions& levels = options.refinement.level;
+  const PairsRecipe recipe = Resolve(options.pairs);
+  const auto others = static_cast<double>(scene.views.size());
+  const double partners =
+      recipe.method == "all" ? others : std::min<double>(recipe.per_camera, others);
+  double full_pixels = 0;
+  double covered = 0;
+  double largest = 0;
+  for (size_t v = 0; v < scene.views.size(); ++v) {
+    const Camera& camera = scene.views[v].camera;
+    const double pixels = static_cast<double>(camera.width) * camera.height;
+    full_pixels += pixels;
+    covered += surface.covered[v];
+    largest = std::max(largest, pixels);
+  }
+  // 8 bits unless the images are here and have more.
+  load.scene_bytes = full_pixels;
+  if (!scene.views.empty() && !scene.views[0].gray.empty()) {
+    load.scene_bytes *= static_cast<double>(scene.views[0].gray.elemSize());
+  }
+  load.points = static_cast<double>(scene.points.size());
+  load.threads = ThreadCount();
+  load.field_bytes = options.photo.double_precision ? 8 : 4;
+  load.unknowns_per_vertex = options.refinement.motion == "free" ? 3 : 1;
+  load.masks = options.photo.mask.mode != "none";
+  if (options.smooth.type == "none" || options.smooth.weight == 0) {
+    load.stencil = 0;
+  } else if (options.smooth.type == "bilaplacian") {
+    load.stencil = 19;  // two rings
+  }
+  // Omega_ij and, beside depth steps, what is used of it; one more partner is held back.
+  const double planes =
+      (std::ceil(std::max(1.0, partners) / 8) + (options.refinement.guard.levels ? 1 : 0)) *
+      (options.photo.mask.mode == "plane" && options.photo.mask.band_px > 0 ? 2 : 1);
+  MemoryEstimate peak;
+  for (int level = levels.finest; level < levels.finest + levels.count; ++level) {
+    load.level = level;
+    load.level_pixels = std::ldexp(full_pixels, -2 * level);
+    load.covered_pixels = std::ldexp(covered, -2 * level);
+    load.largest_view = std::ldexp(largest, -2 * level);
+    load.domain_bytes = load.level_pixels * planes;
+    load.faces = static_cast<double>(ExpectedFaces(surface, levels.max_facet_px, level)) *
+                 (levels.max_edge_px > 0 ? kLongEdges : 1);
+    // Each bisection of an edge adds a vertex and, inside the surface, two faces.
+    load.vertices = static_cast<double>(mesh.vertices.size()) +
+                    (load.faces - static_cast<double>(mesh.faces.size())) / 2;
+    load.visible_facets = load.faces * surface.views_per_area;
+    const auto unknowns = static_cast<int>(std::min(2e9, load.vertices * load.unknowns_per_vertex));
+    const Strategy* strategy =
+        FindStrategy(options.refinement.solver.type, unknowns, options.refinement.solver);
+    load.solver = strategy != nullptr ? strategy->name : options.refinement.solver.type;
+    // A matrix that is refused is not made.
+    if (load.solver == "bfgs" && unknowns > kBfgsMaxUnknowns) load.solver = "ncg";
+    const MemoryEstimate estimate = EstimateLevel(load);
+    if (peak.parts.empty() || estimate.Mib() > peak.Mib()) peak = estimate;
+  }
+  return peak;
+}
+
+}  // namespace burin

@@ -1,0 +1,116 @@
+#include "apps/run/pipeline.h"
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "core/support/error.h"
+#include "core/support/parallel.h"
+#include "core/support/stopwatch.h"
+#include "costs/held_back.h"
+#include "costs/vertex_quality.h"
+
+namespace burin {
+
+void MemoryOptions::Describe(OptionSet* set) {
+  set->Add(
+      "memory.limit_gb", &limit_gb,
+      "A run is refused when its estimated peak memory is above this; 0 = what the machine has "
+      "available",
+      0, 1e6);
+}
+
+void PipelineOptions::Describe(OptionSet* set) {
+  pairs.Describe(set);
+  photo.Describe(set);
+  smooth.Describe(set);
+  refinement.Describe(set);
+  memory.Describe(set);
+  set->Add("run.threads", &threads, "Threads; 0 = all cores. Results do not depend on it", 0, 4096);
+}
+
+void PipelineOptions::Check() const {
+  PipelineOptions described = *this;  // describing needs a place to point to
+  OptionSet set;
+  described.Describe(&set);
+  std::string error;
+  if (!set.IsValid(&error)) throw InputError(error);
+  if (photo.window % 2 == 0) {
+    throw InputError("photo.window = " + std::to_string(photo.window) + ": must be odd");
+  }
+  pairs.Check();
+}
+
+namespace {
+
+constexpr int kVertexGrain = 1024;
+
+// pairs, zncc, displacement_px, sd_px; lengths in pixel footprints of the sharpest view (full
+// resolution) whose image the vertex projects into, NaN where there is none.
+std::vector<VertexScalar> QualityScalars(const RefinementEnd& reached,
+                                         const VertexQuality& quality) {
+  const TriangleMesh& mesh = *reached.mesh;
+  const std::vector<LevelView>& views = *reached.context->views;
+  const auto count = static_cast<int>(mesh.vertices.size());
+  std::vector<VertexScalar> scalars;
+  for (const char* name : {"pairs", "zncc", "displacement_px", "sd_px"}) {
+    scalars.push_back({name, std::vector<float>(count)});
+  }
+  ParallelFor(count, kVertexGrain, [&](int begin, int end) {
+    for (int v = begin; v < end; ++v) {
+      double footprint = std::numeric_limits<double>::infinity();
+      for (const LevelView& view : views) {
+        const Eigen::Vector3d& vertex = mesh.vertices[v];
+        if (view.camera.Depth(vertex) <= 0 || !view.camera.Contains(view.camera.Project(vertex))) {
+          continue;
+        }
+        footprint = std::min(footprint, view.camera.Footprint(vertex));
+      }
+      const double pixels =
+          std::isfinite(footprint) ? std::ldexp(1 / footprint, reached.level) : std::nan("");
+      const double moved = (mesh.vertices[v] - reached.input_position[v]).norm();
+      const int k = reached.index[v];
+      scalars[0].values[k] = quality.pairs[v];
+      scalars[1].values[k] = quality.zncc[v];
+      scalars[2].values[k] = static_cast<float>(moved * pixels);
+      scalars[3].values[k] = quality.sd[v] * static_cast<float>(pixels);
+    }
+  });
+  return scalars;
+}
+
+}  // namespace
+
+PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
+                           const PipelineOptions& options, const RefinementHooks& hooks,
+                           const PairSelection* selection, const RefinementState* start,
+                           const std::vector<EnergyTerm*>& more_terms) {
+  const PipelineOptions checked = options;  // a hook may change the caller's
+  checked.Check();
+  SetThreadCount(checked.threads);
+
+  PipelineResult result;
+  const Stopwatch watch;
+  result.selection = selection != nullptr ? *selection : SelectPairs(scene, mesh, checked.pairs);
+  result.selection_seconds = watch.Seconds();
+  PhotometricEnergy photometric(checked.photo);
+  SmoothnessEnergy smoothness(checked.smooth);
+  RefinementHooks all_hooks = hooks;
+  std::optional<HeldBackJudge> judge;
+  if (checked.refinement.guard.levels) {
+    all_hooks.judge = &judge.emplace(result.selection.held_back, &photometric);
+  }
+  if (!hooks.solve_round) {
+    all_hooks.on_end = [&](const RefinementEnd& end) {
+      result.quality = QualityScalars(end, MeasureVertexQuality(*end.mesh, &photometric));
+    };
+  }
+  std::vector<EnergyTerm*> terms = {&photometric, &smoothness};
+  terms.insert(terms.end(), more_terms.begin(), more_terms.end());
+  result.mesh = Refine(scene, mesh, result.selection.pairs, checked.refinement, terms, all_hooks,
+                       &result.refinement, start);
+  return result;
+}
+
+}  // namespace burin

@@ -1,0 +1,54 @@
+// From a loaded scene and mesh to a refined mesh: pair selection, the energy terms, the
+// coarse-to-fine loop. The refine command, the demo and the tests call this one function.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/mesh/mesh.h"
+#include "core/mesh/mesh_io.h"
+#include "core/refine/refinement.h"
+#include "core/scene/scene.h"
+#include "core/support/options.h"
+#include "costs/photometric_energy.h"
+#include "costs/smoothness_energy.h"
+#include "selection/pair_selection.h"
+
+namespace burin {
+
+struct MemoryOptions {
+  double limit_gb = 0;  // 0 = what the machine has available (apps/run/memory_estimate.h)
+  void Describe(OptionSet* set);
+};
+
+// Mirrors the stages; every option of a run is in here.
+struct PipelineOptions {
+  PairsOptions pairs;
+  PhotometricOptions photo;
+  SmoothnessOptions smooth;
+  RefinementOptions refinement;
+  MemoryOptions memory;
+  int threads = 0;  // 0 = all cores
+  void Describe(OptionSet* set);
+  // Throws InputError for values out of range or that do not fit together.
+  void Check() const;
+};
+
+struct PipelineResult {
+  TriangleMesh mesh;
+  PairSelection selection;
+  RefinementSummary refinement;
+  std::vector<VertexScalar> quality;  // of `mesh`, as docs/options.md names them
+  double selection_seconds = 0;
+};
+
+// Throws InputError for anything wrong with scene, mesh or options. `selection` may hold what
+// SelectPairs made of the same scene, mesh and options, or pairs chosen otherwise. `start`: see Refine().
+// `more_terms` are added to the energy.
+PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
+                           const PipelineOptions& options, const RefinementHooks& hooks = {},
+                           const PairSelection* selection = nullptr,
+                           const RefinementState* start = nullptr,
+                           const std::vector<EnergyTerm*>& more_terms = {});
+
+}  // namespace burin

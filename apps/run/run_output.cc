@@ -1,0 +1,192 @@
+#include "apps/run/run_output.h"
+
+#include <ceres/version.h>
+#include <embree3/rtcore.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core/version.hpp>
+#include <sstream>
+
+#include "core/support/error.h"
+#include "core/support/parallel.h"
+#include "core/visibility/visibility.h"
+
+namespace burin {
+namespace {
+
+constexpr double kFacingColumns = 160;  // of the images that CheckMeshIsSeen casts
+
+std::string Fixed(double value, int digits) {
+  std::ostringstream text;
+  text.setf(std::ios::fixed);
+  text.precision(digits);
+  text << value;
+  return text.str();
+}
+
+nlohmann::ordered_json RoundJson(const RoundSummary& round) {
+  nlohmann::ordered_json json;
+  json["round"] = round.round;
+  json["strategy"] = round.solve.strategy;
+  json["termination"] = round.solve.termination;
+  json["iterations"] = round.solve.iterations;
+  json["unknowns"] = round.solve.unknowns;
+  json["pair_pixels"] = round.pair_pixels;
+  json["supported_vertices"] = round.supported_vertices;
+  json["relaxed_vertices"] = round.relaxed_vertices;
+  json["carried_vertices"] = round.carried_vertices;
+  json["guard"] = {{"inverted_facets", round.guard.inverted_facets},
+                   {"stretched_edges", round.guard.stretched_edges},
+                   {"far_vertices", round.guard.far_vertices},
+                   {"reverted_vertices", round.guard.reverted_vertices}};
+  json["energy_initial"] = round.energy_initial;
+  json["energy_final"] = round.energy_final;
+  json["terms"] = round.terms;
+  json["seconds"] = {{"visibility", round.visibility_seconds},
+                     {"build", round.build_seconds},
+                     {"solve", round.solve_seconds},
+                     {"linear_solver", round.solve.linear_solver_seconds}};
+  return json;
+}
+
+}  // namespace
+
+nlohmann::ordered_json OptionsJson(const OptionSet& set) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (const Option& option : set.options()) {
+    std::visit([&](const auto* value) { json[option.name] = *value; }, option.value);
+  }
+  return json;
+}
+
+nlohmann::ordered_json VersionsJson() {
+  return {
+      {"burin", "0.1.0"},
+      {"ceres", CERES_VERSION_STRING},
+      {"eigen", std::to_string(EIGEN_WORLD_VERSION) + "." + std::to_string(EIGEN_MAJOR_VERSION) +
+                    "." + std::to_string(EIGEN_MINOR_VERSION)},
+      {"opencv", CV_VERSION},
+      {"embree", RTC_VERSION_STRING},
+      {"compiler", __VERSION__}};
+}
+
+double PeakMemoryMib() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOptions& options,
+                                   const PipelineResult& result, double total_seconds) {
+  nlohmann::ordered_json json;
+  json["command"] = inputs.command_line;
+  json["versions"] = VersionsJson();
+  PipelineOptions described = options;
+  OptionSet set;
+  described.Describe(&set);
+  json["options"] = OptionsJson(set);
+  json["input"] = {{"scene", inputs.scene_path},
+                   {"mesh", inputs.mesh_path},
+                   {"mesh_checks", inputs.mesh_report},
+                   {"views", inputs.scene->views.size()},
+                   {"points", inputs.scene->points.size()},
+                   {"vertices", inputs.mesh->vertices.size()},
+                   {"faces", inputs.mesh->faces.size()}};
+  json["output"] = {{"vertices", result.mesh.vertices.size()},
+                    {"faces", result.mesh.faces.size()},
+                    {"footprint", result.refinement.footprint}};
+  nlohmann::ordered_json pairs = nlohmann::ordered_json::array();
+  for (const CameraPair& pair : result.selection.pairs) {
+    pairs.push_back(
+        {inputs.scene->views[pair.reference].name, inputs.scene->views[pair.second].name});
+  }
+  json["pairs"] = {{"method", result.selection.recipe.method},
+                   {"count", result.selection.pairs.size()},
+                   {"without_partner", result.selection.warnings},
+                   {"list", pairs}};
+  nlohmann::ordered_json levels = nlohmann::ordered_json::array();
+  int64_t evaluations = 0;
+  int iterations = 0;
+  for (const LevelSummary& level : result.refinement.levels) {
+    nlohmann::ordered_json entry;
+    entry["level"] = level.level;
+    entry["image"] = {level.width, level.height};
+    entry["vertices"] = level.vertices;
+    entry["faces"] = level.faces;
+    entry["seconds"] = {{"images", level.image_seconds}, {"subdivide", level.subdivide_seconds}};
+    entry["held_back"] = level.held_back;
+    entry["undone"] = level.undone;
+    entry["rounds"] = nlohmann::ordered_json::array();
+    for (const RoundSummary& round : level.rounds) {
+      entry["rounds"].push_back(RoundJson(round));
+      iterations += round.solve.iterations;
+      if (round.terms.contains("photometric")) {
+        evaluations += round.terms["photometric"]["evaluations"].get<int64_t>();
+      }
+    }
+    levels.push_back(std::move(entry));
+  }
+  json["levels"] = levels;
+  json["iterations"] = iterations;
+  json["evaluations"] = evaluations;
+  json["seconds"] = {{"load", inputs.load_seconds},
+                     {"pairs", result.selection_seconds},
+                     {"refine", result.refinement.seconds},
+                     {"total", total_seconds}};
+  json["threads"] = ThreadCount();
+  json["peak_memory_mib"] = std::round(PeakMemoryMib());
+  json["memory"] = MemoryJson(inputs.memory);
+  const bool any_round =
+      !result.refinement.levels.empty() && !result.refinement.levels.back().rounds.empty();
+  json["termination"] =
+      any_round ? result.refinement.levels.back().rounds.back().solve.termination : "No round ran.";
+  return json;
+}
+
+std::string TraceCsv(const std::vector<RefinementEvent>& events) {
+  std::ostringstream csv;
+  csv << "level,round,iteration,energy,gradient_max,step_norm,accepted,linear_iterations,seconds\n";
+  csv.precision(12);
+  for (const RefinementEvent& event : events) {
+    const IterationRecord& record = event.iteration;
+    csv << event.level << ',' << event.round << ',' << record.iteration << ',' << record.energy
+        << ',' << record.gradient_max << ',' << record.step_norm << ',' << (record.accepted ? 1 : 0)
+        << ',' << record.linear_iterations << ',' << Fixed(record.seconds, 4) << '\n';
+  }
+  return csv.str();
+}
+
+void CheckMeshIsSeen(const Scene& scene, const TriangleMesh& mesh,
+                     const std::filesystem::path& mesh_path) {
+  const RayCaster caster(mesh);
+  int64_t front = 0;
+  int64_t seen = 0;
+  for (const View& view : scene.views) {
+    const double shrink = std::max(1.0, view.camera.width / kFacingColumns);
+    const Camera camera =
+        view.camera.Resized(std::max(1, static_cast<int>(view.camera.width / shrink)),
+                            std::max(1, static_cast<int>(view.camera.height / shrink)));
+    const Eigen::Vector3d center = camera.Center();
+    for (const int facet : caster.FacetMap(camera)) {
+      if (facet < 0) continue;
+      const Eigen::Vector3d to_camera = center - mesh.vertices[mesh.faces[facet][0]];
+      front += FaceAreaNormal(mesh, facet).dot(to_camera) > 0 ? 1 : 0;
+      ++seen;
+    }
+  }
+  if (seen == 0) {
+    throw InputError(mesh_path, "vertices: none of the " + std::to_string(scene.views.size()) +
+                                    " views sees the mesh; mesh and cameras are not in the same "
+                                    "coordinate frame");
+  }
+  const double share = static_cast<double>(front) / static_cast<double>(seen);
+  if (share < 0.5) {
+    throw InputError(mesh_path, "faces: only " + Fixed(100 * share, 0) +
+                                    " % of what the cameras see of the mesh is its front; it is "
+                                    "inside out (reverse the order of each face's vertices)");
+  }
+}
+
+}  // namespace burin

@@ -1,0 +1,47 @@
+// What a refinement leaves behind beside the mesh: summary.json, from which a run can be repeated
+// and judged, and trace.csv, a line an iteration.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "apps/run/memory_limit.h"
+#include "apps/run/pipeline.h"
+
+namespace burin {
+
+// {"group.name": value, ...} with the JSON type of each option, in the order of the set.
+nlohmann::ordered_json OptionsJson(const OptionSet& set);
+
+// Versions of burin and of the libraries it runs with.
+nlohmann::ordered_json VersionsJson();
+
+// Peak resident memory of this process, MiB.
+double PeakMemoryMib();
+
+struct RunInputs {
+  std::string command_line;
+  std::string scene_path;
+  std::string mesh_path;
+  const Scene* scene = nullptr;
+  const TriangleMesh* mesh = nullptr;
+  std::string mesh_report;  // one line of checks
+  double load_seconds = 0;
+  MemoryCheck memory;  // made before the run
+};
+
+// Everything about a finished run. `total_seconds` includes reading and writing.
+nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOptions& options,
+                                   const PipelineResult& result, double total_seconds);
+
+// CSV text: level,round,iteration,energy,gradient_max,step_norm,accepted,linear_iterations,seconds
+std::string TraceCsv(const std::vector<RefinementEvent>& events);
+
+// Throws InputError naming the mesh file when no view sees the mesh, or when most of the pixels that hit
+// it first hit the back of a facet: the mesh is inside out.
+void CheckMeshIsSeen(const Scene& scene, const TriangleMesh& mesh,
+                     const std::filesystem::path& mesh_path);
+
+}  // namespace burin

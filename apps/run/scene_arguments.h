@@ -1,0 +1,23 @@
+// The scene as a user names it: what to read and where its photographs and masks are. The same for every
+// command that takes one, and in a checkpoint.
+#pragma once
+
+#include <string>
+
+#include "core/scene/formats/scene_loader.h"
+
+namespace burin {
+
+struct SceneArguments {
+  std::string scene;
+  std::string images;
+  std::string masks;
+
+  SceneSource Source() const { return {scene, images, masks}; }
+  // As on a command line: "SCENE --images DIR --masks DIR".
+  std::string Text() const;
+  // With paths that hold from any folder.
+  SceneArguments Absolute() const;
+};
+
+}  // namespace burin

@@ -1,0 +1,334 @@
+#include "core/evaluate/evaluation.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <memory>
+
+#include "core/mesh/closest_point.h"
+#include "core/mesh/surface_samples.h"
+#include "core/support/error.h"
+#include "core/support/parallel.h"
+
+namespace burin {
+namespace {
+
+constexpr int kFitSamples = 50000;
+constexpr int kGrain = 1024;
+
+// A point's match on one side of the comparison.
+struct Match {
+  bool found = false;
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // unit; zero when the side has none
+  double distance = 0;                               // |a - b|
+  double signed_distance = 0;                        // by the normal; unsigned without one
+};
+
+// Nearest points of a mesh or a cloud, behind one call.
+class Side {
+ public:
+  explicit Side(const TriangleMesh& mesh) : mesh_(std::make_unique<MeshDistance>(mesh)) {}
+  explicit Side(const PointCloud& cloud)
+      : cloud_(&cloud), tree_(std::make_unique<CloudDistance>(cloud.points)) {}
+
+  Match Find(const Eigen::Vector3d& query, double max_distance) const {
+    Match match;
+    if (mesh_ != nullptr) {
+      const SurfacePoint nearest = mesh_->Find(query, max_distance);
+      match.found = nearest.face >= 0;
+      match.point = nearest.point;
+      match.normal = nearest.face_normal;
+      match.signed_distance = nearest.SignedDistance(query);
+      match.distance = nearest.distance;
+      return match;
+    }
+    const int index = tree_->Find(query, max_distance, &match.distance);
+    match.found = index >= 0;
+    if (!match.found) return match;
+    match.point = cloud_->points[index];
+    match.signed_distance = match.distance;
+    if (!cloud_->normals.empty() && cloud_->normals[index].norm() > 0) {
+      match.normal = cloud_->normals[index].normalized();
+      match.signed_distance = match.normal.dot(query - match.point);
+    }
+    return match;
+  }
+
+ private:
+  std::unique_ptr<MeshDistance> mesh_;
+  const PointCloud* cloud_ = nullptr;
+  std::unique_ptr<CloudDistance> tree_;
+};
+
+Side SideOf(const Truth& truth) { return truth.IsMesh() ? Side(truth.mesh) : Side(truth.cloud); }
+
+// Of each point, its two distances to its match; negative when it has none. Where the match has no
+// normal, that to the plane is that to the point.
+struct Distances {
+  std::vector<double> point;
+  std::vector<double> plane;
+};
+
+Distances MeasureDistances(const std::vector<Eigen::Vector3d>& points, const Similarity& motion,
+                           const Side& side, double max_distance) {
+  Distances distances;
+  distances.point.assign(points.size(), -1);
+  distances.plane.assign(points.size(), -1);
+  ParallelFor(static_cast<int>(points.size()), kGrain, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) {
+      const Eigen::Vector3d point = motion * points[k];
+      const Match match = side.Find(point, max_distance);
+      if (!match.found) continue;
+      distances.point[k] = match.distance;
+      distances.plane[k] =
+          match.normal.isZero(0) ? match.distance : std::abs(match.normal.dot(point - match.point));
+    }
+  });
+  return distances;
+}
+
+double ShareWithin(const std::vector<double>& distances, double tau, std::int64_t of) {
+  const auto within = std::count_if(distances.begin(), distances.end(),
+                                    [&](double d) { return d >= 0 && d < tau; });
+  return of > 0 ? static_cast<double>(within) / static_cast<double>(of) : 0;
+}
+
+void AddGroups(const std::vector<double>& from_truth, const std::vector<char>& flags,
+               const std::vector<double>& thresholds, Evaluation* evaluation) {
+  std::vector<double> flagged;
+  std::vector<double> others;
+  for (size_t k = 0; k < from_truth.size(); ++k) {
+    (flags[k] != 0 ? flagged : others).push_back(from_truth[k]);
+  }
+  evaluation->grouped = true;
+  evaluation->flagged = StatisticsOf(flagged);
+  evaluation->others = StatisticsOf(others);
+  for (const double tau : thresholds) {
+    evaluation->flagged_recall.push_back(ShareWithin(flagged, tau, evaluation->flagged.count));
+    evaluation->others_recall.push_back(ShareWithin(others, tau, evaluation->others.count));
+  }
+}
+
+SurfaceSamples SamplesOf(const TriangleMesh& mesh, int count, std::uint64_t seed,
+                         const std::string& name) {
+  SurfaceSamples samples = SampleSurface(mesh, count, seed);
+  if (samples.points.empty()) {
+    throw InputError("evaluation: the " + name + " has no surface (" +
+                     std::to_string(mesh.faces.size()) + " faces, area 0)");
+  }
+  return samples;
+}
+
+// What lays mesh samples onto the truth.
+Alignment FitToTruth(const TriangleMesh& mesh, const Side& truth, double reach,
+                     const EvaluationOptions& options) {
+  const SurfaceSamples samples = SamplesOf(mesh, std::min(kFitSamples, options.sample_count),
+                                           static_cast<std::uint64_t>(options.seed) + 1, "mesh");
+  const PlaneOf plane_of = [&](int index, const Eigen::Vector3d& point,
+                               Eigen::Vector3d* counterpart, Eigen::Vector3d* normal) {
+    const Match match = truth.Find(point, reach);
+    *counterpart = match.point;
+    // Without normals on the truth the mesh's own plane serves; a small motion hardly turns it.
+    *normal = match.normal.isZero(0) ? samples.normals[index] : match.normal;
+    return match.found;
+  };
+  AlignmentOptions fit;
+  fit.scale = options.align == "similarity";
+  fit.keep_fraction = options.fit_keep;
+  fit.max_iterations = 50;
+  fit.min_step = 1e-6;  // far below what the choice of samples changes
+  Alignment alignment;
+  std::string error;
+  if (!AlignToSurface(samples.points, plane_of, fit, &alignment, &error)) {
+    throw InputError("evaluation: " + error + " (max_distance = " + std::to_string(reach) +
+                     " world units)");
+  }
+  return alignment;
+}
+
+// What the options and the kind of truth come to.
+struct Protocol {
+  Protocol(const Truth& truth, const EvaluationOptions& options) {
+    CheckTruth(truth);
+    thresholds = options.Thresholds();
+    if (options.distance == "plane" && !truth.HasNormals()) {
+      throw InputError("distance = plane: the truth has no normals");
+    }
+    to_plane = options.distance == "plane" ||
+               (options.distance == "auto" && truth.HasNormals() && !truth.IsMesh());
+    max_distance =
+        options.max_distance > 0 ? options.max_distance * options.unit : 10 * thresholds.back();
+  }
+  std::vector<double> thresholds;  // world units
+  bool to_plane = false;
+  double max_distance = 0;  // world units
+};
+
+}  // namespace
+
+void EvaluationOptions::Describe(OptionSet* set) {
+  set->Add("tau", &tau, "Distance thresholds of precision and recall, in unit, comma-separated");
+  set->Add("unit", &unit, "Length of the unit of tau and of the report, in world units", 1e-12,
+           1e12);
+  set->Add("align", &align,
+           "Motion of the mesh onto the truth before scoring; similarity: rigid and a scale",
+           {"none", "rigid", "similarity"});
+  set->Add("distance", &distance,
+           "Distance that is scored; auto is plane for clouds with normals, else point",
+           {"auto", "point", "plane"});
+  set->Add("unmatched", &unmatched,
+           "Whether mesh samples without a match count against the precision", {"count", "drop"});
+  set->Add("max_distance", &max_distance,
+           "Points further from the other surface are unmatched, in unit; 0 = 10 x the largest tau",
+           0, 1e12);
+  set->Add("sample_count", &sample_count, "Points sampled on a mesh", 100, 100000000);
+  set->Add("seed", &seed, "Of the sampling", 0, 1000000000);
+  set->Add("fit_keep", &fit_keep, "Share of the point pairs that the alignment keeps", 0.1, 1);
+}
+
+std::vector<double> EvaluationOptions::Thresholds() const {
+  std::vector<double> thresholds;
+  for (size_t begin = 0; begin <= tau.size();) {
+    const size_t end = std::min(tau.find(',', begin), tau.size());
+    const std::string item = tau.substr(begin, end - begin);
+    double number = 0;
+    const auto parsed = std::from_chars(item.data(), item.data() + item.size(), number);
+    if (parsed.ec != std::errc() || parsed.ptr != item.data() + item.size() ||
+        !std::isfinite(number) || number <= 0) {
+      throw InputError("tau = " + tau + ": must be positive numbers separated by commas");
+    }
+    thresholds.push_back(number * unit);
+    begin = end + 1;
+  }
+  std::sort(thresholds.begin(), thresholds.end());
+  thresholds.erase(std::unique(thresholds.begin(), thresholds.end()), thresholds.end());
+  return thresholds;
+}
+
+Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
+                        const EvaluationOptions& options, const std::vector<char>& flags) {
+  const Protocol protocol(truth, options);
+  CHECK(flags.empty() || (!truth.IsMesh() && flags.size() == truth.cloud.points.size()));
+  const std::vector<double>& thresholds = protocol.thresholds;
+  const bool to_plane = protocol.to_plane;
+
+  Evaluation evaluation;
+  evaluation.vertex_count = static_cast<std::int64_t>(mesh.vertices.size());
+  evaluation.face_count = static_cast<std::int64_t>(mesh.faces.size());
+  evaluation.area = SurfaceArea(mesh);
+  evaluation.truth_is_mesh = truth.IsMesh();
+  evaluation.distance = to_plane ? "plane" : "point";
+  evaluation.unmatched = options.unmatched;
+  evaluation.unit = options.unit;
+  evaluation.max_distance = protocol.max_distance;
+  evaluation.align = options.align;
+
+  const auto seed = static_cast<std::uint64_t>(options.seed);
+  const SurfaceSamples samples = SamplesOf(mesh, options.sample_count, seed, "mesh");
+  const Side truth_side = SideOf(truth);
+  TriangleMesh moved;
+  if (options.align != "none") {
+    const Alignment fit = FitToTruth(mesh, truth_side, 0.5 * evaluation.max_distance, options);
+    evaluation.truth_from_mesh = fit.motion;
+    evaluation.fit_converged = fit.converged;
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& point : samples.points) centre += point;
+    centre /= static_cast<double>(samples.points.size());
+    evaluation.fit_shift = (fit.motion * centre - centre).norm();
+    moved = Moved(mesh, fit.motion);
+  }
+  const Side mesh_side(options.align == "none" ? mesh : moved);
+
+  const Distances from_mesh = MeasureDistances(samples.points, evaluation.truth_from_mesh,
+                                               truth_side, evaluation.max_distance);
+  std::vector<Eigen::Vector3d> truth_samples;
+  if (truth.IsMesh()) {
+    truth_samples = SamplesOf(truth.mesh, options.sample_count, seed, "truth").points;
+  }
+  const Distances from_truth = MeasureDistances(truth.IsMesh() ? truth_samples : truth.cloud.points,
+                                                Similarity(), mesh_side, evaluation.max_distance);
+
+  const std::vector<double>& accuracy = to_plane ? from_mesh.plane : from_mesh.point;
+  const std::vector<double>& completeness = to_plane ? from_truth.plane : from_truth.point;
+  evaluation.accuracy = StatisticsOf(accuracy);
+  evaluation.completeness = StatisticsOf(completeness);
+  if (truth.HasNormals()) {
+    evaluation.other_distance = to_plane ? "point" : "plane";
+    evaluation.other_accuracy = StatisticsOf(to_plane ? from_mesh.point : from_mesh.plane);
+    evaluation.other_completeness = StatisticsOf(to_plane ? from_truth.point : from_truth.plane);
+  }
+  for (const double tau : thresholds) {
+    ThresholdScore score;
+    score.tau = tau;
+    score.precision = ShareWithin(
+        accuracy, tau,
+        options.unmatched == "drop" ? evaluation.accuracy.matched : evaluation.accuracy.count);
+    score.recall = ShareWithin(completeness, tau, evaluation.completeness.count);
+    const double sum = score.precision + score.recall;
+    score.f1 = sum > 0 ? 2 * score.precision * score.recall / sum : 0;
+    evaluation.scores.push_back(score);
+  }
+  if (!flags.empty()) AddGroups(completeness, flags, thresholds, &evaluation);
+  return evaluation;
+}
+
+struct AccuracyMeter::Data {
+  Data(const Truth& truth, const EvaluationOptions& o)
+      : options(o), protocol(truth, o), side(SideOf(truth)) {}
+  EvaluationOptions options;
+  Protocol protocol;
+  Side side;
+};
+
+AccuracyMeter::AccuracyMeter(const Truth& truth, const EvaluationOptions& options)
+    : data_(std::make_unique<Data>(truth, options)) {}
+
+AccuracyMeter::~AccuracyMeter() = default;
+
+DistanceStatistics AccuracyMeter::Measure(const TriangleMesh& mesh) const {
+  const EvaluationOptions& options = data_->options;
+  const double max_distance = data_->protocol.max_distance;
+  const SurfaceSamples samples =
+      SamplesOf(mesh, options.sample_count, static_cast<std::uint64_t>(options.seed), "mesh");
+  Similarity truth_from_mesh;
+  if (options.align != "none") {
+    truth_from_mesh = FitToTruth(mesh, data_->side, 0.5 * max_distance, options).motion;
+  }
+  const Distances distances =
+      MeasureDistances(samples.points, truth_from_mesh, data_->side, max_distance);
+  return StatisticsOf(data_->protocol.to_plane ? distances.plane : distances.point);
+}
+
+double RmseToTruthMesh(const TriangleMesh& mesh, const TriangleMesh& truth, int sample_count) {
+  if (!(SurfaceArea(truth) > 0)) throw InputError("evaluation: the truth has no surface");
+  const SurfaceSamples samples = SamplesOf(mesh, sample_count, 0, "mesh");
+  return StatisticsOf(MeasureDistances(samples.points, Similarity(), Side(truth),
+                                       std::numeric_limits<double>::infinity())
+                          .point)
+      .rmse;
+}
+
+std::vector<double> VertexErrors(const TriangleMesh& mesh, const Truth& truth,
+                                 double max_distance) {
+  CheckTruth(truth);
+  const Side side = SideOf(truth);
+  std::vector<double> errors(mesh.vertices.size());
+  ParallelFor(static_cast<int>(errors.size()), kGrain, [&](int begin, int end) {
+    for (int v = begin; v < end; ++v) {
+      const Match match = side.Find(mesh.vertices[v], max_distance);
+      errors[v] = match.found ? match.signed_distance : std::numeric_limits<double>::quiet_NaN();
+    }
+  });
+  return errors;
+}
+
+TriangleMesh Moved(const TriangleMesh& mesh, const Similarity& motion) {
+  TriangleMesh moved = mesh;
+  for (Eigen::Vector3d& vertex : moved.vertices) vertex = motion * vertex;
+  return moved;
+}
+
+}  // namespace burin

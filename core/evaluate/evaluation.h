@@ -1,0 +1,139 @@
+// Scores a mesh against ground truth: how far the surface is from the truth (accuracy, precision)
+// and how much of the truth it reaches (completeness, recall). One protocol for every comparison,
+// said here in full, so that two scores of burin can be set side by side.
+//
+// Protocol
+//  1. Points. The mesh is sampled area-uniformly (core/mesh/surface_samples.h), so its score does not
+//     depend on how it is triangulated. A truth cloud is used point for point; a truth mesh is
+//     sampled like the mesh. The truth should be evenly spaced, or dense parts weigh more.
+//  2. Alignment, when asked for: trimmed point-to-plane ICP between the samples of this mesh and the
+//     truth, rigid or with a scale (core/mesh/alignment.h), reach = half the matching distance. The mesh
+//     is moved onto the truth, and everything after it is measured in the truth's frame and units.
+//     It is fitted anew to each mesh, before and after a refinement alike.
+//  3. Matching. The match of a point is its nearest point on the other side (exact on a mesh;
+//     nearest point of a cloud). It counts when no further than the matching distance.
+//  4. Distance between a point a and its match b:
+//       point   |a - b|
+//       plane   |n_b . (a - b)|, n_b the normal at the match: the cloud's, or that of the face.
+//     `distance` says which is scored; `auto` takes plane for a cloud with normals and point
+//     otherwise. The statistics of the other are reported beside it when the truth has normals.
+//     With a cloud, |a - b| cannot fall below its spacing, plane can. The price: beside a border, a
+//     point counts as near as long as it continues the other surface's plane, up to the matching
+//     distance. Where the match lies inside a face both are the same.
+//  5. Accuracy and completeness statistics (mean, median, RMSE) are over matched points; the
+//     matched share is reported beside them, since a mean alone can be bought with it.
+//  6. precision(tau) = share of the mesh's samples that are matched and closer than tau;
+//     recall(tau) = share of the truth's points that are matched and closer than tau;
+//     F1 = 2 P R / (P + R). Recall is always over all of the truth. Precision is over all samples
+//     too, so that nothing hides by being far off; `unmatched` = drop takes it over the matched
+//     ones, for truths that show only part of what the mesh rightly has.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/evaluate/truth.h"
+#include "core/mesh/alignment.h"
+#include "core/mesh/mesh.h"
+#include "core/support/distance_statistics.h"
+#include "core/support/options.h"
+
+namespace burin {
+
+struct EvaluationOptions {
+  std::string tau = "5,10,20";  // thresholds, in `unit`
+  double unit = 0.001;         // of tau and of the report, world units (0.001: mm in a metre world)
+  std::string align = "none";  // or rigid, similarity
+  std::string distance = "auto";    // or point, plane
+  std::string unmatched = "count";  // or drop: mesh samples without a match, in the precision
+  double max_distance = 0;          // matching distance in `unit`; 0 = 10 x the largest tau
+  int sample_count = 500000;        // on the mesh, and on the truth when it is one
+  int seed = 0;
+  double fit_keep = 0.7;  // share of the pairs that the alignment keeps
+
+  void Describe(OptionSet* set);
+  // The thresholds in world units, ascending. Throws InputError unless tau is a list of positive
+  // numbers separated by commas.
+  std::vector<double> Thresholds() const;
+};
+
+struct ThresholdScore {
+  double tau = 0;  // world units
+  double precision = 0;
+  double recall = 0;
+  double f1 = 0;
+};
+
+struct Evaluation {
+  std::int64_t vertex_count = 0;
+  std::int64_t face_count = 0;
+  double area = 0;  // of the mesh, world units squared
+  bool truth_is_mesh = false;
+  std::string distance;     // point or plane, as scored
+  std::string unmatched;    // count or drop
+  double unit = 1;          // for the report, world units
+  double max_distance = 0;  // world units
+  DistanceStatistics accuracy;
+  DistanceStatistics completeness;
+  std::vector<ThresholdScore> scores;  // one per tau, ascending
+
+  // The same points by the distance that is not scored; empty for a truth without normals.
+  std::string other_distance;
+  DistanceStatistics other_accuracy;
+  DistanceStatistics other_completeness;
+
+  // With flags for the truth's points: completeness of those flagged and of the rest, and their
+  // shares closer than each tau.
+  bool grouped = false;
+  DistanceStatistics flagged;
+  DistanceStatistics others;
+  std::vector<double> flagged_recall;
+  std::vector<double> others_recall;
+
+  std::string align;           // none, rigid or similarity
+  Similarity truth_from_mesh;  // identity without an alignment
+  double fit_shift = 0;        // how far it moves the centre of the mesh's samples, world units
+  bool fit_converged = true;
+};
+
+// The protocol above. Throws InputError when the mesh or the truth has nothing to measure, the
+// options do not fit together (plane without normals), or the alignment finds no counterparts.
+// `flags`, one per point of a truth cloud (or empty), splits the completeness in two.
+Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
+                        const EvaluationOptions& options = {}, const std::vector<char>& flags = {});
+
+// The accuracy of many meshes against one truth: keeps the truth's search structure. Measure() is
+// EvaluateMesh(mesh, truth, options).accuracy.
+class AccuracyMeter {
+ public:
+  // `truth` must outlive the meter. Throws InputError when it has nothing to measure or the options
+  // do not fit together.
+  AccuracyMeter(const Truth& truth, const EvaluationOptions& options);
+  ~AccuracyMeter();
+  // Throws InputError when the mesh has no area or the alignment finds no counterparts.
+  DistanceStatistics Measure(const TriangleMesh& mesh) const;
+
+ private:
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
+
+// Root mean square over area-uniform samples of `mesh` of the exact distance to `truth`, world
+// units. Throws InputError when either has no area.
+double RmseToTruthMesh(const TriangleMesh& mesh, const TriangleMesh& truth,
+                       int sample_count = 200000);
+
+// Signed distance of every vertex to the truth, world units, for pictures: positive on the side the
+// truth's normals point to; for a cloud with normals the signed plane distance to its nearest
+// point; for a cloud without, the unsigned distance. NaN where nothing is within max_distance.
+// After an evaluation with an alignment, pass Moved(mesh, evaluation.truth_from_mesh).
+std::vector<double> VertexErrors(const TriangleMesh& mesh, const Truth& truth,
+                                 double max_distance = std::numeric_limits<double>::infinity());
+
+// The mesh after a motion.
+TriangleMesh Moved(const TriangleMesh& mesh, const Similarity& motion);
+
+}  // namespace burin

@@ -1,0 +1,222 @@
+#include "core/evaluate/evaluation_report.h"
+
+#include <cstdarg>
+#include <cstdio>
+
+namespace burin {
+namespace {
+
+// printf into a string.
+__attribute__((format(printf, 1, 2))) std::string Format(const char* format, ...) {
+  char buffer[512];
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(buffer, sizeof(buffer), format, arguments);
+  va_end(arguments);
+  return buffer;
+}
+
+std::string StatisticsLine(const char* name, const DistanceStatistics& statistics, double unit) {
+  return Format("%-30s %10.4g %10.4g %10.4g %9.2f %12lld\n", name, statistics.median / unit,
+                statistics.mean / unit, statistics.rmse / unit, 100 * statistics.MatchedShare(),
+                static_cast<long long>(statistics.count));
+}
+
+std::string StatisticsHead(const char* matched) {
+  return Format("\n%-30s %10s %10s %10s %9s %12s\n", "", "median", "mean", "RMSE", matched,
+                "points");
+}
+
+nlohmann::json StatisticsJson(const DistanceStatistics& statistics) {
+  return {{"median", statistics.median},   {"mean", statistics.mean},
+          {"rmse", statistics.rmse},       {"count", statistics.count},
+          {"matched", statistics.matched}, {"matched_share", statistics.MatchedShare()}};
+}
+
+}  // namespace
+
+std::string EvaluationReport(const Evaluation& evaluation) {
+  const double unit = evaluation.unit;
+  std::string report =
+      Format("mesh: %lld vertices, %lld faces; truth: %s; lengths below in %g world units\n",
+             static_cast<long long>(evaluation.vertex_count),
+             static_cast<long long>(evaluation.face_count),
+             evaluation.truth_is_mesh ? "mesh" : "point cloud", unit);
+  report +=
+      Format("measured: %s distance to the nearest %s; points further than %g are unmatched\n",
+             evaluation.distance.c_str(),
+             evaluation.truth_is_mesh ? "surface point" : "truth point or surface point",
+             evaluation.max_distance / unit);
+  const Similarity& motion = evaluation.truth_from_mesh;
+  report += "alignment: " + evaluation.align;
+  if (evaluation.align != "none") {
+    report += Format(", %.4f deg, %.4g at the mesh's centre", motion.AngleDeg(),
+                     evaluation.fit_shift / unit);
+    if (evaluation.align == "similarity") report += Format(", scale %.8g", motion.scale);
+    if (!evaluation.fit_converged) report += " (not converged)";
+  }
+  report += "\n" + StatisticsHead("matched %");
+  report += StatisticsLine("accuracy (mesh to truth)", evaluation.accuracy, unit);
+  report += StatisticsLine("completeness (truth to mesh)", evaluation.completeness, unit);
+  if (evaluation.grouped) {
+    report += StatisticsLine("  near occlusion boundaries", evaluation.flagged, unit);
+    report += StatisticsLine("  the rest", evaluation.others, unit);
+  }
+  if (!evaluation.other_distance.empty()) {
+    const std::string& other = evaluation.other_distance;
+    report += StatisticsLine(("accuracy, " + other + " distance").c_str(),
+                             evaluation.other_accuracy, unit);
+    report += StatisticsLine(("completeness, " + other + " distance").c_str(),
+                             evaluation.other_completeness, unit);
+  }
+  report += Format("\n%-30s %10s %10s %10s\n", "threshold", "precision", "recall", "F1");
+  for (const ThresholdScore& score : evaluation.scores) {
+    report += Format("%-30.6g %9.2f%% %9.2f%% %9.2f%%\n", score.tau / unit, 100 * score.precision,
+                     100 * score.recall, 100 * score.f1);
+  }
+  if (evaluation.unmatched == "drop") report += "(precision over matched samples only)\n";
+  return report;
+}
+
+std::string DtuReport(const DtuEvaluation& evaluation, double unit) {
+  std::string report = Format(
+      "\nDTU protocol: point to point, %lld points of the mesh, %lld of the truth, %g apart; "
+      "points "
+      "further than %g are left out\n",
+      static_cast<long long>(evaluation.mesh_points),
+      static_cast<long long>(evaluation.truth_points), evaluation.spacing / unit,
+      evaluation.cap / unit);
+  report += StatisticsHead("in cap %");
+  report += StatisticsLine("accuracy (mesh to truth)", evaluation.accuracy, unit);
+  report += StatisticsLine("completeness (truth to mesh)", evaluation.completeness, unit);
+  const std::optional<double> overall = evaluation.Overall();
+  report += overall ? Format("%-30s %10s %10.4g\n", "mean of both", "", *overall / unit)
+                    : "no point within the cap on one side at least\n";
+  return report;
+}
+
+std::string DepthReport(const DepthEvaluation& evaluation, double unit) {
+  const auto line = [unit](const std::string& name, const DepthErrors& errors) {
+    return Format("%-30.200s %10.4g %10.4g %9.2f %12lld\n", name.c_str(), errors.Mae() / unit,
+                  errors.Rmse() / unit, 100 * errors.CoveredShare(),
+                  static_cast<long long>(errors.truth_pixels));
+  };
+  std::string report =
+      "\nStrecha protocol: depth along the optical axis in the views of the scene\n";
+  report += Format("\n%-30s %10s %10s %9s %12s\n", "view", "MAE", "RMSE", "covered %", "pixels");
+  for (size_t k = 0; k < evaluation.views.size(); ++k) {
+    report += line(evaluation.names[k], evaluation.views[k]);
+  }
+  report += line("all", evaluation.total);
+  if (!(evaluation.sigma > 0)) return report;
+  const DepthErrors& total = evaluation.total;
+  const auto share = [&total](std::int64_t pixels) {
+    return 100 * static_cast<double>(pixels) / static_cast<double>(total.truth_pixels);
+  };
+  report +=
+      Format("\n%-30s %10s %10s\n", Format("|error|, sigma = %g", evaluation.sigma / unit).c_str(),
+             "pixels %", "up to here");
+  std::int64_t sum = 0;
+  for (size_t k = 0; k < total.within_sigmas.size(); ++k) {
+    sum += total.within_sigmas[k];
+    report += Format("%-30s %9.2f%% %9.2f%%\n", Format("%zu to %zu sigma", k, k + 1).c_str(),
+                     share(total.within_sigmas[k]), share(sum));
+  }
+  report += Format("%-30s %9.2f%%\n", "more than 10 sigma", share(total.beyond_sigmas));
+  report += Format("%-30s %9.2f%%\n", "missing", share(total.MissingPixels()));
+  return report;
+}
+
+nlohmann::json ToJson(const DtuEvaluation& evaluation) {
+  nlohmann::json overall;  // null when one side has no point within the cap
+  if (const std::optional<double> mean = evaluation.Overall()) overall = *mean;
+  return {{"spacing", evaluation.spacing},
+          {"cap", evaluation.cap},
+          {"mesh_points", evaluation.mesh_points},
+          {"truth_points", evaluation.truth_points},
+          {"accuracy", StatisticsJson(evaluation.accuracy)},
+          {"completeness", StatisticsJson(evaluation.completeness)},
+          {"overall", overall}};
+}
+
+nlohmann::json ToJson(const DepthEvaluation& evaluation) {
+  const auto errors_json = [&evaluation](const DepthErrors& errors) {
+    nlohmann::json histogram;  // null without a sigma
+    if (evaluation.sigma > 0) {
+      histogram = {{"within_sigmas", errors.within_sigmas},
+                   {"beyond", errors.beyond_sigmas},
+                   {"missing", errors.MissingPixels()}};
+    }
+    return nlohmann::json{{"mae", errors.Mae()},
+                          {"rmse", errors.Rmse()},
+                          {"truth_pixels", errors.truth_pixels},
+                          {"covered_pixels", errors.covered_pixels},
+                          {"covered_share", errors.CoveredShare()},
+                          {"histogram", histogram}};
+  };
+  nlohmann::json views = nlohmann::json::array();
+  for (size_t k = 0; k < evaluation.views.size(); ++k) {
+    nlohmann::json view = errors_json(evaluation.views[k]);
+    view["name"] = evaluation.names[k];
+    views.push_back(view);
+  }
+  nlohmann::json json = errors_json(evaluation.total);
+  json["sigma"] = evaluation.sigma;
+  json["views"] = views;
+  return json;
+}
+
+nlohmann::json ToJson(const Evaluation& evaluation) {
+  nlohmann::json scores = nlohmann::json::array();
+  for (const ThresholdScore& score : evaluation.scores) {
+    scores.push_back({{"tau", score.tau},
+                      {"precision", score.precision},
+                      {"recall", score.recall},
+                      {"f1", score.f1}});
+  }
+  nlohmann::json alignment;  // null without one
+  if (evaluation.align != "none") {
+    const Similarity& motion = evaluation.truth_from_mesh;
+    nlohmann::json rows = nlohmann::json::array();  // of scale * rotation | translation
+    for (int r = 0; r < 3; ++r) {
+      rows.push_back({motion.scale * motion.rotation(r, 0), motion.scale * motion.rotation(r, 1),
+                      motion.scale * motion.rotation(r, 2), motion.translation[r]});
+    }
+    alignment = {{"kind", evaluation.align},
+                 {"truth_from_mesh", rows},
+                 {"scale", motion.scale},
+                 {"angle_deg", motion.AngleDeg()},
+                 {"shift_at_centre", evaluation.fit_shift},
+                 {"converged", evaluation.fit_converged}};
+  }
+  nlohmann::json other;  // null for a truth without normals
+  if (!evaluation.other_distance.empty()) {
+    other = {{"distance", evaluation.other_distance},
+             {"accuracy", StatisticsJson(evaluation.other_accuracy)},
+             {"completeness", StatisticsJson(evaluation.other_completeness)}};
+  }
+  nlohmann::json boundary;  // null without flags
+  if (evaluation.grouped) {
+    boundary = {{"near", StatisticsJson(evaluation.flagged)},
+                {"rest", StatisticsJson(evaluation.others)},
+                {"near_recall", evaluation.flagged_recall},
+                {"rest_recall", evaluation.others_recall}};
+  }
+  return {{"mesh",
+           {{"vertices", evaluation.vertex_count},
+            {"faces", evaluation.face_count},
+            {"area", evaluation.area}}},
+          {"truth", evaluation.truth_is_mesh ? "mesh" : "cloud"},
+          {"distance", evaluation.distance},
+          {"unmatched", evaluation.unmatched},
+          {"unit", evaluation.unit},
+          {"max_distance", evaluation.max_distance},
+          {"alignment", alignment},
+          {"accuracy", StatisticsJson(evaluation.accuracy)},
+          {"completeness", StatisticsJson(evaluation.completeness)},
+          {"other_distance", other},
+          {"boundary", boundary},
+          {"scores", scores}};
+}
+
+}  // namespace burin

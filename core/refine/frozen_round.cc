@@ -1,0 +1,181 @@
+#include "core/refine/frozen_round.h"
+
+#include <ceres/cost_function.h>
+
+#include <algorithm>
+
+#include "core/solve/block_energy.h"
+#include "core/support/error.h"
+#include "core/support/parallel.h"
+#include "core/support/stopwatch.h"
+
+namespace burin {
+namespace {
+
+constexpr int kCostGrain = 4096;
+
+// Hands one problem's evaluation callback on to every term that has one.
+class CallbackFanOut : public ceres::EvaluationCallback {
+ public:
+  explicit CallbackFanOut(const std::vector<EnergyTerm*>& terms) {
+    for (EnergyTerm* term : terms) {
+      if (term->Callback() != nullptr) callbacks_.push_back(term->Callback());
+    }
+  }
+  void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override {
+    for (ceres::EvaluationCallback* callback : callbacks_) {
+      callback->PrepareForEvaluation(evaluate_jacobians, new_evaluation_point);
+    }
+  }
+
+ private:
+  std::vector<ceres::EvaluationCallback*> callbacks_;
+};
+
+int64_t EvaluationCount(const std::vector<EnergyTerm*>& terms) {
+  int64_t count = 0;
+  for (const EnergyTerm* term : terms) count += term->EvaluationCount();
+  return count;
+}
+
+}  // namespace
+
+RoundProblem::RoundProblem(const std::vector<EnergyTerm*>& terms, const RoundContext& context,
+                           std::vector<Eigen::Vector3d>* vertices)
+    : terms_(terms), callback_(std::make_unique<CallbackFanOut>(terms)) {
+  ceres::Problem::Options problem_options;
+  problem_options.evaluation_callback = callback_.get();
+  problem_options.disable_all_safety_checks = true;
+  // Counting references takes Ceres longer than the rest of what it does here.
+  problem_options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  problem_ = std::make_unique<ceres::Problem>(problem_options);
+  task.problem = problem_.get();
+  task.vertices = vertices;
+  task.evaluation_callback = callback_.get();
+  task.context = &context;
+  ParallelInvoke([&] { Build(vertices); },
+                 [&] {
+                   for (EnergyTerm* term : terms_) term->Freeze();
+                 });
+}
+
+void RoundProblem::Build(std::vector<Eigen::Vector3d>* vertices) {
+  const RoundContext& context = *task.context;
+  size_t known = 0;
+  std::vector<ceres::ResidualBlockId> blocks;
+  for (EnergyTerm* term : terms_) {
+    term->AddResiduals(problem_.get(), vertices);
+    problem_->GetResidualBlocks(&blocks);
+    task.term_blocks.emplace_back(
+        term->Name(), std::vector<ceres::ResidualBlockId>(blocks.begin() + static_cast<long>(known),
+                                                          blocks.end()));
+    known = blocks.size();
+  }
+  lines_.reserve(vertices->size());  // their addresses stay
+  for (size_t v = 0; v < vertices->size(); ++v) {
+    double* block = (*vertices)[v].data();
+    if (!problem_->HasParameterBlock(block)) continue;
+    task.blocks.push_back(block);
+    // core/refine/unseen_extension.h carries what was never seen along after the solve.
+    if (context.normals[v].isZero() || context.was_supported[v] == 0) {
+      problem_->SetParameterBlockConstant(block);
+    } else if (context.motion == Motion::kNormal) {
+      problem_->SetManifold(block, &lines_.emplace_back(context.normals[v]));
+    }
+  }
+}
+
+RoundProblem::~RoundProblem() {
+  std::vector<const ceres::CostFunction*> costs;
+  for (const auto& [name, blocks] : task.term_blocks) {
+    for (const ceres::ResidualBlockId id : blocks) {
+      costs.push_back(problem_->GetCostFunctionForResidualBlock(id));
+    }
+  }
+  problem_.reset();
+  ParallelFor(static_cast<int>(costs.size()), kCostGrain, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) delete costs[k];
+  });
+}
+
+int RoundProblem::Unknowns() const {
+  return problem_->NumParameterBlocks() * (task.context->motion == Motion::kNormal ? 1 : 3);
+}
+
+nlohmann::json RoundProblem::EnergyByTerm() const {
+  task.evaluation_callback->PrepareForEvaluation(false, true);
+  nlohmann::json energies = nlohmann::json::object();
+  double total = 0;
+  for (const auto& [name, blocks] : task.term_blocks) {
+    const double energy = BlockEnergy(*problem_, blocks);
+    energies[name] = energy;
+    total += energy;
+  }
+  energies["total"] = total;
+  return energies;
+}
+
+RoundTrial RoundProblem::Try(
+    const Strategy& strategy, const SolverOptions& options,
+    const std::vector<Eigen::Vector3d>& start,
+    const std::function<bool(const FrozenRound::Progress&)>& on_iteration) const {
+  std::vector<Eigen::Vector3d>& vertices = *task.vertices;
+  RoundTrial trial;
+  std::copy(start.begin(), start.end(), vertices.begin());  // the addresses are the problem's
+  trial.energy_initial = EnergyByTerm();
+  for (EnergyTerm* term : terms_) term->Forget();
+  const int64_t evaluations_before = EvaluationCount(terms_);
+  double paused_seconds = 0;
+  Stopwatch watch;
+  std::vector<Eigen::Vector3d> reported = start;  // by the last call with an accepted point
+  const auto report = [&](const IterationRecord& record, double seconds, int64_t evaluations) {
+    FrozenRound::Progress progress;
+    progress.record = record;
+    progress.record.seconds = seconds;
+    progress.evaluations = evaluations;
+    progress.vertices = &vertices;
+    if (record.accepted) reported = vertices;
+    return on_iteration(progress);
+  };
+  SolveTask trial_task = task;
+  trial_task.follow_vertices = true;
+  trial_task.on_iteration = [&](const IterationRecord& record) {
+    if (!on_iteration) return true;
+    const double now = watch.Seconds();
+    IterationRecord copy = record;
+    if (record.iteration == 0) copy.accepted = true;  // no step yet; strategies differ in the flag
+    const bool go_on =
+        report(copy, now - paused_seconds, EvaluationCount(terms_) - evaluations_before);
+    paused_seconds += watch.Seconds() - now;
+    return go_on;
+  };
+  trial.solve = strategy.solve(trial_task, options);
+  trial.solve.strategy = strategy.name;
+  trial.seconds = watch.Seconds() - paused_seconds;
+  trial.evaluations = EvaluationCount(terms_) - evaluations_before;
+  if (!trial.solve.usable) std::copy(start.begin(), start.end(), vertices.begin());
+  trial.energy_final = EnergyByTerm();
+  if (on_iteration && vertices != reported) {
+    IterationRecord record;
+    record.iteration = trial.solve.iterations;
+    record.energy = trial.energy_final["total"];
+    report(record, trial.seconds, trial.evaluations);
+  }
+  trial.vertices = vertices;
+  std::copy(start.begin(), start.end(), vertices.begin());
+  return trial;
+}
+
+const Strategy& StrategyFor(const std::string& name, int unknowns, const SolverOptions& options) {
+  const Strategy* strategy = FindStrategy(name, unknowns, options);
+  if (strategy == nullptr) throw InputError("solver.type = " + name + ": no such strategy");
+  if (strategy->max_unknowns > 0 && unknowns > strategy->max_unknowns) {
+    throw InputError("solver.type = " + strategy->name + ": " + std::to_string(unknowns) +
+                     " unknowns, at most " + std::to_string(strategy->max_unknowns) +
+                     " fit its dense matrix; take lbfgs");
+  }
+  return *strategy;
+}
+
+}  // namespace burin

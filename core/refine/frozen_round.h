@@ -1,0 +1,92 @@
+// A round that is ready to be solved, as one ceres::Problem over vertex positions: what the loop of
+// core/refine/refinement.h hands to a strategy, and to whoever compares strategies from the same start.
+#pragma once
+
+#include <ceres/problem.h>
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "core/mesh/mesh.h"
+#include "core/solve/energy_term.h"
+#include "core/solve/motion.h"
+#include "core/solve/solver_strategy.h"
+
+namespace burin {
+
+// What a strategy made of a frozen round.
+struct RoundTrial {
+  SolveSummary solve;
+  std::vector<Eigen::Vector3d> vertices;  // normalised world; the start when not usable
+  nlohmann::json energy_initial;          // by term
+  nlohmann::json energy_final;
+  int64_t evaluations = 0;  // by the strategy, that of the start included
+  double seconds = 0;       // of the strategy, without the time spent in `on_iteration`
+};
+
+// A round that is ready to be solved: mesh, visibility, masks and pairs are frozen. It can be
+// solved any number of times; each time starts from the same positions with nothing evaluated yet.
+struct FrozenRound {
+  int level = 0;
+  int round = 0;
+  int unknowns = 0;
+  const RoundContext* context = nullptr;
+  // The mesh with these vertices (normalised world, in the round's order), in the world and in the
+  // caller's order, as Refine would return it.
+  std::function<TriangleMesh(const std::vector<Eigen::Vector3d>&)> world_mesh;
+
+  // One iteration of a trial. `record.seconds` is the time of the strategy alone.
+  struct Progress {
+    IterationRecord record;
+    int64_t evaluations = 0;                                 // so far, that of the start included
+    const std::vector<Eigen::Vector3d>* vertices = nullptr;  // accepted so far, normalised world
+  };
+  // Solves the round with the strategy of that name ("auto" included). `on_iteration` may be empty;
+  // false stops the trial. Its first call is for the start, its last with an accepted point for what
+  // the trial returns: where that is not the strategy's last iteration (Ceres' line searches end
+  // without reporting theirs, gradient_descent returns its best), there is one more call for it.
+  // Throws InputError when the strategy is unknown or refuses the problem.
+  std::function<RoundTrial(const std::string& strategy,
+                           const std::function<bool(const Progress&)>& on_iteration)>
+      solve;
+};
+
+// The problem of a round: every term's residuals, vertices on their lines where they move along
+// normals. The terms' Freeze() runs while it is built. The terms, `context` and `vertices` must outlive it.
+class RoundProblem {
+ public:
+  RoundProblem(const std::vector<EnergyTerm*>& terms, const RoundContext& context,
+               std::vector<Eigen::Vector3d>* vertices);
+  ~RoundProblem();
+  RoundProblem(const RoundProblem&) = delete;
+  RoundProblem& operator=(const RoundProblem&) = delete;
+
+  int Unknowns() const;
+  // At the vertices' current positions, and their "total".
+  nlohmann::json EnergyByTerm() const;
+  // Solves a copy of the task from `start`, with nothing evaluated yet, and leaves the vertices at
+  // `start` again. Energies before and after are outside clock and count. See FrozenRound::solve.
+  RoundTrial Try(const Strategy& strategy, const SolverOptions& options,
+                 const std::vector<Eigen::Vector3d>& start,
+                 const std::function<bool(const FrozenRound::Progress&)>& on_iteration) const;
+
+  SolveTask task;
+
+ private:
+  std::vector<EnergyTerm*> terms_;
+  void Build(std::vector<Eigen::Vector3d>* vertices);
+
+  std::unique_ptr<ceres::EvaluationCallback> callback_;
+  std::vector<LineAlongNormal> lines_;
+  std::unique_ptr<ceres::Problem> problem_;
+};
+
+// The strategy of that name; throws InputError when there is none or it cannot take the problem.
+const Strategy& StrategyFor(const std::string& name, int unknowns, const SolverOptions& options);
+
+}  // namespace burin

@@ -1,0 +1,31 @@
+// Decides after every level of a refinement whether it made the mesh worse; the costs know how
+// (costs/held_back.h).
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "core/mesh/mesh.h"
+#include "core/scene/pairs.h"
+#include "core/solve/energy_term.h"
+
+namespace burin {
+
+struct LevelVerdict {
+  bool worse = false;  // the level is undone
+  nlohmann::json report;
+};
+
+class LevelJudge {
+ public:
+  virtual ~LevelJudge() = default;
+  // Pairs that no round solves with; a level's first and last round have their regions in
+  // RoundContext::held_back.
+  virtual const std::vector<CameraPair>& HeldBackPairs() const = 0;
+  // A level begins with the mesh of `first`, its first round; the terms have begun that round.
+  virtual void BeginLevel(const RoundContext& first) = 0;
+  // The level has come from that mesh to `after`; the terms are still in `last`, its last round.
+  virtual LevelVerdict EndLevel(const RoundContext& last, const TriangleMesh& after) = 0;
+};
+
+}  // namespace burin

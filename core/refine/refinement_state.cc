@@ -1,0 +1,108 @@
+#include "core/refine/refinement_state.h"
+
+#include <cstring>
+#include <stdexcept>
+#include <type_traits>
+
+#include "core/support/cbor.h"
+
+namespace burin {
+
+// How nlohmann::json is told of structs: it finds these functions by the structs' namespace.
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SolveSummary, usable, initial_energy, final_energy, iterations,
+                                   unknowns, linear_solver_seconds, strategy, termination)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LocalGuardReport, inverted_facets, stretched_edges, far_vertices,
+                                   reverted_vertices)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RoundSummary, round, solve, energy_initial, energy_final, terms,
+                                   pair_pixels, supported_vertices, relaxed_vertices,
+                                   carried_vertices, guard, visibility_seconds, build_seconds,
+                                   solve_seconds)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LevelSummary, level, width, height, vertices, faces,
+                                   subdivide_seconds, image_seconds, held_back, undone, rounds)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RefinementSummary, footprint, levels, seconds)
+
+namespace {
+
+using nlohmann::json;
+
+// The array's memory, in this machine's byte order: a state goes on where it was made.
+template <typename T>
+json Binary(const std::vector<T>& values) {
+  std::vector<uint8_t> bytes(values.size() * sizeof(T));
+  if (!bytes.empty())
+    std::memcpy(bytes.data(), static_cast<const void*>(values.data()), bytes.size());
+  return json::binary(std::move(bytes));
+}
+
+template <typename T>
+void FromBinary(const json& state, const char* field, std::vector<T>* values) {
+  const std::vector<uint8_t>& bytes = state.at(field).get_binary();
+  if (bytes.size() % sizeof(T) != 0) {
+    throw std::runtime_error(std::string(field) + ": " + std::to_string(bytes.size()) +
+                             " bytes are no whole number of elements");
+  }
+  values->resize(bytes.size() / sizeof(T));
+  if (!bytes.empty()) std::memcpy(static_cast<void*>(values->data()), bytes.data(), bytes.size());
+}
+
+void CheckSize(const char* field, size_t size, size_t expected) {
+  if (size != expected) {
+    throw std::runtime_error(std::string(field) + ": has " + std::to_string(size) +
+                             " elements, must have " + std::to_string(expected));
+  }
+}
+
+void CheckIndices(const char* field, const int* begin, size_t count, size_t below) {
+  for (size_t k = 0; k < count; ++k) {
+    if (begin[k] < 0 || static_cast<size_t>(begin[k]) >= below) {
+      throw std::runtime_error(std::string(field) + ": element " + std::to_string(k) + " is " +
+                               std::to_string(begin[k]) + ", must be below " +
+                               std::to_string(below));
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<uint8_t> StateBytes(const RefinementState& state) {
+  return json::to_cbor({{"level", state.level},
+                        {"round", state.round},
+                        {"vertices", Binary(state.mesh.vertices)},
+                        {"faces", Binary(state.mesh.faces)},
+                        {"input_position", Binary(state.input_position)},
+                        {"level_start", Binary(state.level_start)},
+                        {"order_vertex", Binary(state.order.vertex)},
+                        {"order_face", Binary(state.order.face)},
+                        {"was_supported", Binary(state.was_supported)},
+                        {"summary", state.summary}});
+}
+
+RefinementState StateFromBytes(const std::vector<uint8_t>& bytes) {
+  const json read = ReadCbor(bytes.data(), bytes.size());
+  RefinementState state;
+  read.at("level").get_to(state.level);
+  read.at("round").get_to(state.round);
+  FromBinary(read, "vertices", &state.mesh.vertices);
+  FromBinary(read, "faces", &state.mesh.faces);
+  FromBinary(read, "input_position", &state.input_position);
+  FromBinary(read, "level_start", &state.level_start);
+  FromBinary(read, "order_vertex", &state.order.vertex);
+  FromBinary(read, "order_face", &state.order.face);
+  FromBinary(read, "was_supported", &state.was_supported);
+  read.at("summary").get_to(state.summary);
+  const size_t vertices = state.mesh.vertices.size();
+  const size_t faces = state.mesh.faces.size();
+  CheckSize("input_position", state.input_position.size(), vertices);
+  CheckSize("was_supported", state.was_supported.size(), vertices);
+  if (faces > 0) CheckIndices("faces", state.mesh.faces[0].data(), 3 * faces, vertices);
+  if (state.round > 0) {
+    CheckSize("level_start", state.level_start.size(), vertices);
+    CheckSize("order_vertex", state.order.vertex.size(), vertices);
+    CheckSize("order_face", state.order.face.size(), faces);
+    CheckIndices("order_vertex", state.order.vertex.data(), vertices, vertices);
+    CheckIndices("order_face", state.order.face.data(), faces, faces);
+  }
+  return state;
+}
+
+}  // namespace burin

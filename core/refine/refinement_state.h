@@ -1,0 +1,69 @@
+// Where a refinement is and what it did so far: all that one started later needs to go on from the
+// end of a round and come to the same bytes. Also the figures of every round, which are part of it.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "core/mesh/mesh.h"
+#include "core/mesh/mesh_order.h"
+#include "core/refine/local_guard.h"
+#include "core/solve/solver_strategy.h"
+
+namespace burin {
+
+struct RoundSummary {
+  int round = 0;
+  SolveSummary solve;
+  nlohmann::json energy_initial;  // by term
+  nlohmann::json energy_final;
+  nlohmann::json terms;     // EnergyTerm::RoundReport by term
+  int64_t pair_pixels = 0;  // sum of |Omega_ij|
+  int supported_vertices = 0;
+  int relaxed_vertices = 0;  // by core/refine/hidden_folds.h, after the solve
+  int carried_vertices = 0;  // by core/refine/unseen_extension.h, after the solve
+  LocalGuardReport guard;
+  double visibility_seconds = 0;
+  double build_seconds = 0;
+  double solve_seconds = 0;
+};
+
+struct LevelSummary {
+  int level = 0;
+  int width = 0;  // of the first view
+  int height = 0;
+  int vertices = 0;
+  int faces = 0;
+  double subdivide_seconds = 0;
+  double image_seconds = 0;
+  nlohmann::json held_back;  // what the guard found; null when it did not look
+  bool undone = false;       // the mesh was set back to the level's start
+  std::vector<RoundSummary> rounds;
+};
+
+struct RefinementSummary {
+  double footprint = 0;  // world units per normalised unit
+  std::vector<LevelSummary> levels;
+  double seconds = 0;
+};
+
+struct RefinementState {
+  int level = 0;      // of the pyramid, the one in work
+  int round = 0;      // on it, the next to run; 0: the level's preparations are to be made
+  TriangleMesh mesh;  // normalised world; input vertices first, then new ones as made
+  std::vector<Eigen::Vector3d> input_position;  // of mesh.vertices, on the surface of the input
+  std::vector<Eigen::Vector3d> level_start;     // positions of mesh.vertices before round 0
+  MeshOrder order;                              // that the level works in; empty when round is 0
+  std::vector<char> was_supported;  // by vertex of `mesh`: some pair has seen a facet of it
+  RefinementSummary summary;
+};
+
+// The state as CBOR (RFC 8949): exact, and a tenth of the size of text.
+std::vector<uint8_t> StateBytes(const RefinementState& state);
+
+// Throws std::runtime_error, naming what does not fit, for bytes that are not a state.
+RefinementState StateFromBytes(const std::vector<uint8_t>& bytes);
+
+}  // namespace burin

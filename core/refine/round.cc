@@ -1,0 +1,70 @@
+#include "core/refine/round.h"
+
+#include "core/support/parallel.h"
+
+namespace burin {
+namespace {
+
+constexpr int kVertexGrain = 4096;
+
+// Vertices of the facets that have a pixel in some Omega_ij.
+std::vector<char> SupportedVertices(const std::vector<ViewDomain>& domains,
+                                    const TriangleMesh& mesh) {
+  const int count = static_cast<int>(mesh.vertices.size());
+  std::vector<std::vector<char>> by_view(domains.size());
+  ParallelFor(static_cast<int>(domains.size()), 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      const ViewDomain& domain = domains[i];
+      by_view[i].assign(count, 0);
+      for (size_t k = 0; k < domain.facet.size(); ++k) {
+        for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
+          uint8_t any = 0;
+          for (const auto& plane : domain.second_visible) any |= plane[domain.pixel[n]];
+          if (any == 0) continue;
+          for (int c = 0; c < 3; ++c) by_view[i][mesh.faces[domain.facet[k]][c]] = 1;
+          break;
+        }
+      }
+    }
+  });
+  std::vector<char> supported(count, 0);
+  ParallelFor(count, kVertexGrain, [&](int begin, int end) {
+    for (const std::vector<char>& view : by_view) {
+      for (int v = begin; v < end; ++v) supported[v] = static_cast<char>(supported[v] | view[v]);
+    }
+  });
+  return supported;
+}
+
+}  // namespace
+
+RoundContext FreezeRound(const std::vector<LevelView>& views, const std::vector<CameraPair>& pairs,
+                         const TriangleMesh& mesh, Motion motion, double border_px,
+                         std::vector<ViewDomain>* domains,
+                         const std::vector<CameraPair>& held_back_pairs,
+                         std::vector<ViewPartners>* held_back) {
+  std::vector<Camera> cameras;
+  cameras.reserve(views.size());
+  std::vector<cv::Mat> masks;
+  for (const LevelView& view : views) {
+    cameras.push_back(view.camera);
+    masks.push_back(view.mask);
+  }
+  *domains = RayCaster(mesh).Cast(cameras, pairs, border_px, masks, held_back_pairs, held_back);
+
+  RoundContext context;
+  context.views = &views;
+  context.domains = domains;
+  context.held_back = held_back;
+  context.mesh = &mesh;
+  context.faces = VertexFaces(mesh);
+  context.neighbors = VertexNeighbors(mesh, context.faces);
+  context.boundary = BoundaryVertices(mesh, context.faces);
+  context.normals = VertexNormals(mesh, context.faces);
+  context.motion = motion;
+  context.supported = SupportedVertices(*domains, mesh);
+  context.was_supported = context.supported;
+  return context;
+}
+
+}  // namespace burin

@@ -1,0 +1,23 @@
+// Makes the frozen state of a round from cameras, pairs and mesh: visibility, neighbourhoods,
+// normals, photometric support.
+#pragma once
+
+#include <vector>
+
+#include "core/scene/pairs.h"
+#include "core/solve/energy_term.h"
+
+namespace burin {
+
+// Casts Omega_ij for the pairs and fills a context that refers to `views`, `mesh` and `domains`,
+// which must outlive it. `border_px`: see RayCaster::Cast. was_supported is left equal to supported:
+// earlier rounds are the caller's to add.
+//
+// `held_back`, where given, gets the Omega_ij of `held_back_pairs` and must outlive the context too.
+RoundContext FreezeRound(const std::vector<LevelView>& views, const std::vector<CameraPair>& pairs,
+                         const TriangleMesh& mesh, Motion motion, double border_px,
+                         std::vector<ViewDomain>* domains,
+                         const std::vector<CameraPair>& held_back_pairs = {},
+                         std::vector<ViewPartners>* held_back = nullptr);
+
+}  // namespace burin

@@ -1,0 +1,233 @@
+#include "core/scene/formats/colmap.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+#include <system_error>
+#include <utility>
+
+#include "core/image/gray_image.h"
+#include "core/scene/formats/colmap_model.h"
+#include "core/support/atomic_file.h"
+#include "core/support/error.h"
+
+namespace burin {
+namespace {
+
+namespace fs = std::filesystem;
+
+void RequireFolder(const fs::path& folder) {
+  std::error_code error;
+  if (!fs::exists(folder, error)) throw InputError(folder, "folder is missing");
+  if (!fs::is_directory(folder, error)) throw InputError(folder, "is not a folder");
+}
+
+// The models that a workspace may have, in the order in which they count.
+std::array<ColmapFiles, 4> CandidatesIn(const fs::path& workspace) {
+  const fs::path sparse = workspace / "sparse";
+  return {ColmapFilesIn(sparse, true), ColmapFilesIn(sparse, false),
+          ColmapFilesIn(sparse / "0", true), ColmapFilesIn(sparse / "0", false)};
+}
+
+// The first complete model; else the files of the first incomplete one, for the error of the reader
+// to name what is missing.
+ColmapFiles FindModel(const fs::path& workspace) {
+  const fs::path sparse = workspace / "sparse";
+  RequireFolder(sparse);
+  const ColmapFiles* incomplete = nullptr;
+  const std::array<ColmapFiles, 4> candidates = CandidatesIn(workspace);
+  for (const ColmapFiles& files : candidates) {
+    int existing = 0;
+    for (const fs::path* file : {&files.cameras, &files.images, &files.points}) {
+      std::error_code error;
+      if (fs::exists(*file, error)) ++existing;
+    }
+    if (existing == 3) return files;
+    if (existing > 0 && incomplete == nullptr) incomplete = &files;
+  }
+  if (incomplete == nullptr) {
+    throw InputError(sparse,
+                     "no model: cameras, images and points3D (.bin or .txt) are neither here nor "
+                     "in 0/");
+  }
+  return *incomplete;
+}
+
+Camera PinholeOf(const ColmapCamera& camera, const ColmapImage& image) {
+  const int focal_count = camera.model->focal_count;
+  Camera pinhole;
+  pinhole.width = static_cast<int>(camera.width);
+  pinhole.height = static_cast<int>(camera.height);
+  pinhole.fx = camera.parameters[0];
+  pinhole.fy = camera.parameters[focal_count - 1];
+  pinhole.cx = camera.parameters[focal_count];
+  pinhole.cy = camera.parameters[focal_count + 1];
+  const Eigen::Vector4d q = image.quaternion.stableNormalized();
+  pinhole.rotation = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix();
+  pinhole.translation = image.translation;
+  return pinhole;
+}
+
+Lens LensOf(const ColmapCamera& camera) {
+  Lens lens;
+  std::copy(camera.parameters.begin() + camera.model->focal_count + 2, camera.parameters.end(),
+            lens.brown.begin());
+  return lens;
+}
+
+}  // namespace
+
+bool IsColmap(const fs::path& path) {
+  std::error_code error;
+  return fs::exists(path / "sparse", error);
+}
+
+std::vector<fs::path> ColmapModelFiles(const fs::path& workspace) {
+  std::vector<fs::path> names;
+  for (const ColmapFiles& files : CandidatesIn(workspace)) {
+    names.insert(names.end(), {files.cameras, files.images, files.points});
+  }
+  return names;
+}
+
+PosedScene ReadColmap(const fs::path& workspace, const fs::path& images) {
+  const ColmapFiles files = FindModel(workspace);
+  ColmapModel model = files.binary ? ReadColmapBinary(files) : ReadColmapText(files);
+  CheckColmapModel(model, files);
+  std::sort(model.points.begin(), model.points.end(),
+            [](const ColmapPoint& a, const ColmapPoint& b) { return a.id < b.id; });
+  std::map<std::uint32_t, const ColmapCamera*> camera_of_id;
+  for (const ColmapCamera& camera : model.cameras) camera_of_id[camera.id] = &camera;
+  PosedScene posed;
+  posed.file = files.images;
+  posed.images_folder = images.empty() ? workspace / "images" : images;
+  std::map<std::uint32_t, int> index_of_image;
+  for (const ColmapImage& image : model.images) {
+    index_of_image[image.id] = static_cast<int>(posed.images.size());
+    const ColmapCamera& camera = *camera_of_id.at(image.camera_id);
+    PosedImage& view = posed.images.emplace_back();
+    view.name = image.name;
+    view.image_path = posed.images_folder / image.name;
+    view.camera = PinholeOf(camera, image);
+    view.lens = LensOf(camera);
+    view.camera_name = "camera " + std::to_string(camera.id);
+  }
+  for (const ColmapPoint& point : model.points) {
+    ScenePoint& scene_point = posed.points.emplace_back();
+    scene_point.position = point.position;
+    for (const ColmapTrackElement& seen : point.track) {
+      scene_point.views.push_back(index_of_image.at(seen.image_id));
+    }
+  }
+  return posed;
+}
+
+namespace {
+
+void CheckView(const View& view, const fs::path& images, std::set<std::string>* names) {
+  const fs::path name = view.name;
+  const bool leaves = name.is_absolute() || std::find(name.begin(), name.end(), "..") != name.end();
+  if (leaves || name.filename().empty()) {
+    throw InputError(images, "view name '" + view.name + "': must be a path inside this folder");
+  }
+  if (!names->insert(view.name).second) {
+    throw InputError(images, "view name '" + view.name + "': appears twice");
+  }
+  WritableExtension(images / name);
+  const bool is_gray = view.gray.type() == CV_8UC1 || view.gray.type() == CV_32FC1;
+  if (view.gray.empty() || !is_gray || view.gray.cols != view.camera.width ||
+      view.gray.rows != view.camera.height) {
+    throw InputError(images / name, "image: must be 8-bit or float grey of the camera's size, " +
+                                        std::to_string(view.camera.width) + " x " +
+                                        std::to_string(view.camera.height));
+  }
+}
+
+void AddView(const View& view, ColmapModel* model) {
+  const auto id = static_cast<std::uint32_t>(model->images.size() + 1);
+  ColmapCamera& camera = model->cameras.emplace_back();
+  camera.id = id;
+  camera.width = view.camera.width;
+  camera.height = view.camera.height;
+  camera.parameters = {view.camera.fx, view.camera.fy, view.camera.cx, view.camera.cy};
+  ColmapImage& image = model->images.emplace_back();
+  image.id = id;
+  image.camera_id = id;
+  image.name = view.name;
+  image.translation = view.camera.translation;
+  Eigen::Quaterniond q(view.camera.rotation);
+  q.normalize();
+  if (q.w() < 0) q.coeffs() = -q.coeffs();
+  image.quaternion = {q.w(), q.x(), q.y(), q.z()};
+}
+
+// Grey level nearest to an image point; 0 outside the image.
+std::uint8_t LevelAt(const View& view, const Eigen::Vector2d& image_point) {
+  const double col = std::floor(image_point.x());
+  const double row = std::floor(image_point.y());
+  if (!(col >= 0 && row >= 0 && col < view.gray.cols && row < view.gray.rows)) return 0;
+  const int i = static_cast<int>(row);
+  const int j = static_cast<int>(col);
+  return view.gray.type() == CV_8UC1 ? view.gray.at<std::uint8_t>(i, j)
+                                     : cv::saturate_cast<std::uint8_t>(view.gray.at<float>(i, j));
+}
+
+void AddPoint(const Scene& scene, const ScenePoint& scene_point, const ColmapFiles& files,
+              ColmapModel* model) {
+  ColmapPoint& point = model->points.emplace_back();
+  point.id = model->points.size();
+  point.position = scene_point.position;
+  for (const int v : scene_point.views) {
+    const std::string element = "point " + std::to_string(point.id) + ": ";
+    if (v < 0 || v >= static_cast<int>(scene.views.size())) {
+      throw InputError(files.points, element + "view " + std::to_string(v) + ": does not exist");
+    }
+    const Eigen::Vector2d projection = scene.views[v].camera.Project(point.position);
+    if (!projection.allFinite()) {
+      throw InputError(files.points, element + "has no projection in " + scene.views[v].name);
+    }
+    if (point.track.empty()) point.gray = LevelAt(scene.views[v], projection);
+    ColmapImage& image = model->images[v];
+    point.track.push_back({image.id, static_cast<std::uint32_t>(image.observations.size())});
+    image.observations.push_back({projection, point.id});
+  }
+}
+
+}  // namespace
+
+void WriteColmapModel(const Scene& scene, const fs::path& workspace, bool binary) {
+  const fs::path sparse = workspace / "sparse";
+  const ColmapFiles files = ColmapFilesIn(sparse, binary);
+  ColmapModel model;
+  for (const View& view : scene.views) AddView(view, &model);
+  const ColmapCameraModel* pinhole = FindCameraModel("PINHOLE", 0, files.cameras);
+  for (ColmapCamera& camera : model.cameras) camera.model = pinhole;
+  for (const ScenePoint& point : scene.points) AddPoint(scene, point, files, &model);
+  CheckColmapModel(model, files);  // so that what is written can be read
+  MakeFolder(sparse);
+  if (binary) {
+    WriteColmapBinary(model, files);
+  } else {
+    WriteColmapText(model, files);
+  }
+  const ColmapFiles other = ColmapFilesIn(sparse, !binary);
+  for (const fs::path* file : {&other.cameras, &other.images, &other.points}) {
+    std::error_code error;
+    fs::remove(*file, error);
+  }
+}
+
+void WriteColmapScene(const Scene& scene, const fs::path& workspace, bool binary) {
+  const fs::path images = workspace / "images";
+  std::set<std::string> names;
+  for (const View& view : scene.views) CheckView(view, images, &names);
+  WriteColmapModel(scene, workspace, binary);
+  for (const View& view : scene.views) {
+    MakeFolder((images / view.name).parent_path());
+    WriteGrayImage(view.gray, images / view.name);
+  }
+}
+
+}  // namespace burin

@@ -1,0 +1,153 @@
+#include "core/scene/formats/openmvg.h"
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "core/scene/formats/camera_checks.h"
+#include "core/scene/formats/view_names.h"
+#include "core/support/error.h"
+#include "core/support/json_file.h"
+
+namespace burin {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+struct Intrinsic {
+  std::string type;
+  Camera camera;
+  Lens lens;
+};
+
+// A whole number that fits; nlohmann's own conversion wraps and truncates.
+template <typename T>
+T Whole(const json& value) {
+  if (!value.is_number_integer() ||
+      (value.is_number_unsigned()
+           ? value.get<uint64_t>() > static_cast<uint64_t>(std::numeric_limits<T>::max())
+           : value.get<int64_t>() < static_cast<int64_t>(std::numeric_limits<T>::min()))) {
+    throw std::out_of_range(value.dump() + " is not a whole number in range");
+  }
+  return value.get<T>();
+}
+
+Eigen::Vector3d Vector3(const json& value) {
+  return {value.at(0).get<double>(), value.at(1).get<double>(), value.at(2).get<double>()};
+}
+
+bool IsSupported(const std::string& type) {
+  return type == "pinhole" || type == "pinhole_radial_k1" || type == "pinhole_radial_k3" ||
+         type == "pinhole_brown_t2";
+}
+
+// cereal writes the name of a type once, with the top bit of its number set, and the number after that.
+std::map<uint32_t, Intrinsic> ReadIntrinsics(const json& list) {
+  std::map<uint32_t, std::string> name_of_type;
+  std::map<uint32_t, Intrinsic> intrinsics;
+  for (const json& entry : list) {
+    const json& value = entry.at("value");
+    const uint32_t type = Whole<uint32_t>(value.at("polymorphic_id")) & 0x7fffffffU;
+    if (value.contains("polymorphic_name")) name_of_type[type] = value["polymorphic_name"];
+    Intrinsic& intrinsic = intrinsics[Whole<uint32_t>(entry.at("key"))];
+    intrinsic.type = name_of_type[type];
+    if (!IsSupported(intrinsic.type)) continue;
+    const json& data = value.at("ptr_wrapper").at("data");
+    Camera& camera = intrinsic.camera;
+    camera.width = Whole<int>(data.at("width"));
+    camera.height = Whole<int>(data.at("height"));
+    camera.fx = camera.fy = data.at("focal_length").get<double>();
+    camera.cx = data.at("principal_point").at(0).get<double>() + 0.5;
+    camera.cy = data.at("principal_point").at(1).get<double>() + 0.5;
+    std::array<double, 5>& brown = intrinsic.lens.brown;
+    if (data.contains("disto_k1")) brown[0] = data["disto_k1"].at(0).get<double>();
+    for (const char* field : {"disto_k3", "disto_t2"}) {
+      if (!data.contains(field)) continue;
+      brown[0] = data[field].at(0).get<double>();
+      brown[1] = data[field].at(1).get<double>();
+      brown[4] = data[field].at(2).get<double>();
+    }
+    if (data.contains("disto_t2")) {
+      brown[2] = data["disto_t2"].at(3).get<double>();
+      brown[3] = data["disto_t2"].at(4).get<double>();
+    }
+  }
+  return intrinsics;
+}
+
+PosedScene FromJson(const json& root, const fs::path& path, const fs::path& images) {
+  const std::map<uint32_t, Intrinsic> intrinsics = ReadIntrinsics(root.at("intrinsics"));
+  std::map<uint32_t, const json*> poses;
+  for (const json& entry : root.at("extrinsics")) {
+    poses[Whole<uint32_t>(entry.at("key"))] = &entry.at("value");
+  }
+  PosedScene posed;
+  posed.file = path;
+  const fs::path stated = root.at("root_path").get<std::string>();
+  std::map<uint32_t, int> index_of_view;
+  for (const json& entry : root.at("views")) {
+    const json& data = entry.at("value").at("ptr_wrapper").at("data");
+    const auto pose = poses.find(Whole<uint32_t>(data.at("id_pose")));
+    const auto intrinsic = intrinsics.find(Whole<uint32_t>(data.at("id_intrinsic")));
+    if (pose == poses.end() || intrinsic == intrinsics.end()) continue;
+    const fs::path name =
+        fs::path(data.value("local_path", std::string())) / data.at("filename").get<std::string>();
+    const std::string element = "view " + name.string() + ": ";
+    if (!IsSupported(intrinsic->second.type)) {
+      throw InputError(
+          path, element + "intrinsics of type '" + intrinsic->second.type + "' are not supported");
+    }
+    index_of_view[Whole<uint32_t>(entry.at("key"))] = static_cast<int>(posed.images.size());
+    PosedImage& view = posed.images.emplace_back();
+    view.name = name.relative_path().string();
+    view.image_path =
+        images.empty()
+            ? FindPhotograph(view.name, {path.parent_path() / stated, path.parent_path()})
+            : FindPhotographBelow(view.name, images);
+    view.camera = intrinsic->second.camera;
+    view.lens = intrinsic->second.lens;
+    Eigen::Matrix3d rotation;
+    for (int r = 0; r < 3; ++r) {
+      rotation.row(r) = Vector3(pose->second->at("rotation").at(r)).transpose();
+    }
+    view.camera.rotation = NearestRotation(rotation, path, element + "rotation");
+    view.camera.translation = -view.camera.rotation * Vector3(pose->second->at("center"));
+  }
+  if (!root.contains("structure")) return posed;
+  for (const json& entry : root["structure"]) {
+    ScenePoint& point = posed.points.emplace_back();
+    point.position = Vector3(entry.at("value").at("X"));
+    for (const json& seen : entry.at("value").at("observations")) {
+      const auto view = index_of_view.find(Whole<uint32_t>(seen.at("key")));
+      if (view != index_of_view.end()) point.views.push_back(view->second);
+    }
+  }
+  return posed;
+}
+
+}  // namespace
+
+bool IsOpenMvg(const fs::path& path) { return path.extension() == ".json"; }
+
+PosedScene ReadOpenMvg(const fs::path& path, const fs::path& images) {
+  const json root = ReadJsonFile(path);
+  if (!root.is_object() || !root.contains("sfm_data_version")) {
+    throw InputError(path, "sfm_data_version: is missing, this is no openMVG scene");
+  }
+  try {
+    return FromJson(root, path, images);
+  } catch (const json::exception& error) {
+    throw InputError(path, std::string("is not as openMVG writes it: ") + error.what());
+  } catch (const std::out_of_range& error) {
+    throw InputError(path, std::string("is not as openMVG writes it: ") + error.what());
+  }
+}
+
+}  // namespace burin

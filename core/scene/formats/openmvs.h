@@ -1,0 +1,29 @@
+// OpenMVS' interchange format (NAME.mvs beginning with "MVSI", versions 0 to 7): platforms with cameras
+// and poses, images, points. Little-endian, fields one after the other, strings and lists with a 64-bit
+// count in front.
+//
+// Conventions: K has pixel centres at whole numbers (burin's cx is K's plus 0.5); where a camera has no
+// size, K is divided by the larger side of the image. Poses map world to camera, X_cam = R (X - C);
+// camera and platform poses are combined, R = R_c R_p, C = C_p + R_p^T C_c. Photographs are undistorted.
+// Read: K (without skew), poses, names of images and masks, points with their views. Ignored: band
+// names, depth ranges, view scores, normals, colours, lines, transform, bounding box. Images without a
+// pose are left out. OpenMVS' own project files ("MVS") are refused. The mesh is a file beside, as
+// OpenMVS has it: NAME_mesh.ply.
+#pragma once
+
+#include <filesystem>
+
+#include "core/scene/formats/posed_images.h"
+
+namespace burin {
+
+bool IsOpenMvs(const std::filesystem::path& path);
+
+// Photographs are where the file says, from its folder on, or in `images` by their file name.
+PosedScene ReadOpenMvs(const std::filesystem::path& path, const std::filesystem::path& images);
+
+// Version 6: a camera and a pose per view, names images/NAME and, where there is a mask, masks/NAME.png,
+// points in single precision.
+void WriteOpenMvs(const Scene& scene, const std::filesystem::path& path);
+
+}  // namespace burin

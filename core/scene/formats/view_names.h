@@ -1,0 +1,29 @@
+// Names of views. Files name photographs by whatever path they had where the file was written; a view's
+// name is a path below the folder of the photographs, with which it finds its mask and is written again.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/scene/formats/posed_images.h"
+
+namespace burin {
+
+// Makes the names paths inside a folder: "." and ".." are resolved, '\' is '/'. Where a name is absolute
+// or leaves its folder, all lose the folders that they have in common. Throws InputError for a name that
+// is empty or has control characters.
+void SettleNames(PosedScene* posed);
+
+// What SettleNames does, for names alone; folders in common go also when `without_common`. `file` is for
+// errors.
+std::vector<std::string> SettledNames(const std::vector<std::string>& names,
+                                      const std::filesystem::path& file,
+                                      bool without_common = false);
+
+// The photograph `name` in `folder`, with as many of the name's own folders as there are. Throws
+// InputError when it is in none of them.
+std::filesystem::path FindPhotographBelow(const std::string& name,
+                                          const std::filesystem::path& folder);
+
+}  // namespace burin

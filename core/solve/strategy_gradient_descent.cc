@@ -1,0 +1,102 @@
+// The paper's minimiser: gradient steps of one length and umbrella steps.
+#include <ceres/problem.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/solve/block_energy.h"
+#include "core/solve/strategies.h"
+#include "core/support/stopwatch.h"
+
+namespace burin {
+
+// The paper's minimiser: V <- V - step * dE_photo/dV, then V <- V + umbrella_step * (neighbours'
+// mean - V). The step is fixed for the round so that the 99th percentile of the first move is
+// gradient_step_px footprints. Smoothness residuals of the problem are not used: the umbrella step
+// stands for them; records have their energy in, to be compared with those of other strategies.
+SolveSummary SolveGradientDescent(const SolveTask& task, const SolverOptions& options) {
+  const Stopwatch watch;
+  std::vector<Eigen::Vector3d>& vertices = *task.vertices;
+  ceres::Problem::EvaluateOptions evaluate;
+  std::vector<ceres::ResidualBlockId> smoothness_blocks;
+  for (const auto& [name, blocks] : task.term_blocks) {
+    std::vector<ceres::ResidualBlockId>& group =
+        name == "smoothness" ? smoothness_blocks : evaluate.residual_blocks;
+    group.insert(group.end(), blocks.begin(), blocks.end());
+  }
+  std::vector<int> moving;
+  for (size_t v = 0; v < vertices.size(); ++v) {
+    double* block = vertices[v].data();
+    if (!task.problem->HasParameterBlock(block)) continue;
+    if (task.problem->IsParameterBlockConstant(block)) continue;
+    moving.push_back(static_cast<int>(v));
+    evaluate.parameter_blocks.push_back(block);
+  }
+  const bool along_normal = task.context->motion == Motion::kNormal;
+  SolveSummary summary;
+  summary.unknowns = static_cast<int>(moving.size()) * (along_normal ? 1 : 3);
+  summary.termination = "Maximum number of iterations reached.";
+  std::vector<Eigen::Vector3d> best = vertices;
+  double step = 0;
+  std::vector<double> gradient;
+  for (int iteration = 0;; ++iteration) {
+    double energy = 0;
+    if (!task.problem->Evaluate(evaluate, &energy, nullptr, &gradient, nullptr) ||
+        !std::isfinite(energy)) {
+      summary.termination = "Evaluation failed.";
+      break;
+    }
+    if (iteration == 0) summary.initial_energy = energy;
+    if (iteration == 0 || energy < summary.final_energy) {
+      summary.final_energy = energy;
+      best = vertices;
+    }
+    summary.usable = true;
+    summary.iterations = iteration;
+    std::vector<double> magnitude(moving.size());
+    for (size_t m = 0; m < moving.size(); ++m) {
+      magnitude[m] = along_normal ? std::abs(gradient[m])
+                                  : Eigen::Map<const Eigen::Vector3d>(&gradient[3 * m]).norm();
+    }
+    IterationRecord record;
+    record.iteration = iteration;
+    record.energy = energy + BlockEnergy(*task.problem, smoothness_blocks);
+    for (double m : magnitude) record.gradient_max = std::max(record.gradient_max, m);
+    if (iteration == 0 && !magnitude.empty()) {
+      const size_t rank = magnitude.size() * 99 / 100;
+      std::nth_element(magnitude.begin(), magnitude.begin() + static_cast<long>(rank),
+                       magnitude.end());
+      step = magnitude[rank] > 0 ? options.gradient_step_px / magnitude[rank] : 0;
+    }
+    record.seconds = watch.Seconds();
+    if (task.on_iteration && !task.on_iteration(record)) {
+      summary.termination = "Stopped by the caller.";
+      break;
+    }
+    if (iteration >= options.max_iterations) break;
+    for (size_t m = 0; m < moving.size(); ++m) {
+      const int v = moving[m];
+      if (along_normal) {
+        vertices[v] -= step * gradient[m] * task.context->normals[v];
+      } else {
+        vertices[v] -= step * Eigen::Map<const Eigen::Vector3d>(&gradient[3 * m]);
+      }
+    }
+    const std::vector<Eigen::Vector3d> before = vertices;
+    const Adjacency& neighbors = task.context->neighbors;
+    for (int v : moving) {
+      if (task.context->boundary[v] != 0) continue;
+      Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+      for (const int* n = neighbors.Begin(v); n != neighbors.End(v); ++n) mean += before[*n];
+      Eigen::Vector3d move = options.umbrella_step * (mean / neighbors.Degree(v) - before[v]);
+      if (along_normal) {
+        move = task.context->normals[v] * task.context->normals[v].dot(move);
+      }
+      vertices[v] += move;
+    }
+  }
+  vertices = best;
+  return summary;
+}
+
+}  // namespace burin

@@ -1,0 +1,80 @@
+// Synthetic scenes with exact truth: photographs of a known surface, rendered with the flaws of
+// real ones (noise, exposure, quantisation), a coarse mesh to start from, and what a refiner should
+// find. Tests, the demo and `burin synth` use the same code.
+//
+// Scenes:
+//   relief     a smoothly curved patch, 2 units wide, with fine relief; views on an arc of 60
+//              degrees. The initial mesh is the smooth base: all the relief is to be found.
+//   occluders  spheres, ellipsoids, a box and bars in front of a bumpy wall and of each other; two
+//              staggered rows of views. The initial mesh has one coarse component per body, without
+//              bumps, and a little too large or too small.
+//   scan       a given mesh, moved into the unit sphere; upright views around it at two heights.
+//              The initial mesh is the scan decimated and smoothed.
+//
+// "px" below are pixel footprints: the width that one pixel covers at the distance of the scene's
+// centre (SyntheticScene::footprint). All sizes follow it, so a small image shows a smaller number
+// of the same details.
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "core/mesh/mesh.h"
+#include "core/scene/scene.h"
+#include "core/support/options.h"
+
+namespace burin {
+
+struct SyntheticOptions {
+  std::string scene = "relief";
+  std::string mesh_path;      // of the scan; only recorded here, the caller reads it
+  std::string scan_up = "y";  // axis of the scan that points up
+  int seed = 1;
+  int views = 0;             // 0 = the scene's own number: relief 7, occluders 8, scan 24
+  std::string rig = "even";  // "uneven": views crowd on one side, every third is 1.7 times as far
+  int width = 640;
+  int height = 480;
+  int samples_per_axis = 3;       // rays per pixel and axis
+  double texture_px = 2.5;        // finest wavelength of the texture
+  double shading = 0.5;           // 0 = albedo only, 1 = full shading by a light fixed to the world
+  double relief_px = 5;           // RMS height of relief; bodies and walls of occluders a third
+  double noise_sigma = 1.5;       // grey levels
+  double exposure_spread = 0.05;  // standard deviation over the views of the gain
+  std::string stress = "none";    // core/synthetic/synthetic_stress.h
+  double init_edge_px = 40;       // edge length of the initial mesh
+  double init_noise_px = 0.5;     // standard deviation of its vertices along their normals
+  int point_count = 2000;         // sparse points
+  double point_noise_px = 0.3;    // standard deviation of each coordinate of a sparse point
+  int truth_point_count = 200000;  // on the whole surface; those seen from < 2 views are dropped
+
+  void Describe(OptionSet* set);
+};
+
+struct SyntheticScene {
+  SyntheticOptions options;  // as given, with `views` filled in
+  Scene scene;               // CV_8UC1 images; image_path is empty
+  TriangleMesh truth;        // about a footprint between vertices, the wall 1.5 (scan: as given)
+  TriangleMesh init;
+  std::vector<Eigen::Vector3d> truth_points;   // evenly by area on the truth seen from >= 2 views
+  std::vector<Eigen::Vector3d> truth_normals;  // unit, outward, one per truth point
+  std::vector<cv::Mat1f> depth;                // per view: camera z at pixel centres, 0 = none
+  double footprint = 0;                        // world units per px
+};
+
+// Builds a scene; `scan` is used by options.scene == "scan" only. The same options give the same
+// bytes for any thread count (across machines: as far as their sqrt, log, cos and tanh agree).
+// Throws InputError for options out of range and for an unusable scan (no faces, no extent).
+SyntheticScene MakeSyntheticScene(const SyntheticOptions& options, const TriangleMesh& scan = {});
+
+// Writes beside a COLMAP workspace what that format has no place for, into an existing folder; the
+// two meshes are WriteMesh's (init.ply, truth.ply by custom).
+//   truth_points.ply      truth_points with truth_normals
+//   depth/STEM.tiff       per view, 32-bit float, camera z in world units, 0 = no surface
+//   synth.json            every option as used, and the footprint
+// Throws InputError when a file cannot be written.
+void WriteSyntheticTruth(const SyntheticScene& synthetic, const std::filesystem::path& folder);
+
+}  // namespace burin

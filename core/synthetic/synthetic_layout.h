@@ -1,0 +1,25 @@
+// Where things stand in a synthetic scene: surfaces and cameras, before anything is rendered.
+#pragma once
+
+#include <vector>
+
+#include "core/mesh/mesh.h"
+#include "core/scene/camera.h"
+#include "core/synthetic/synthetic.h"
+
+namespace burin {
+
+struct SyntheticLayout {
+  TriangleMesh truth;
+  TriangleMesh init;  // without the noise of SyntheticOptions::init_noise_px
+  std::vector<Camera> cameras;
+  double footprint = 0;  // world units per px at the scene's centre
+};
+
+// Options as SyntheticOptions documents them, in range; `views` of 0 gives the scene's own number.
+SyntheticLayout ReliefLayout(const SyntheticOptions& options);
+SyntheticLayout OccludersLayout(const SyntheticOptions& options);
+// Throws InputError when the scan has no faces or no extent.
+SyntheticLayout ScanLayout(const SyntheticOptions& options, const TriangleMesh& scan);
+
+}  // namespace burin

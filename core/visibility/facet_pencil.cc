@@ -1,0 +1,32 @@
+#include "core/visibility/facet_pencil.h"
+
+#include <Eigen/Geometry>
+
+namespace burin {
+
+ViewRays::ViewRays(const Camera& camera) : center(camera.Center()) {
+  Eigen::Matrix3d camera_from_pixel;                              // K^-1
+  camera_from_pixel << 1 / camera.fx, 0, -camera.cx / camera.fx,  //
+      0, 1 / camera.fy, -camera.cy / camera.fy,                   //
+      0, 0, 1;
+  ray_from_pixel = camera.rotation.transpose() * camera_from_pixel;
+}
+
+FacetPencil MakeFacetPencil(const std::vector<Eigen::Vector3d>& vertices,
+                            const Eigen::Vector3i& face, const ViewRays& view) {
+  const Eigen::Vector3d a = vertices[face[0]] - view.center;
+  const Eigen::Vector3d b = vertices[face[1]] - view.center;
+  const Eigen::Vector3d c = vertices[face[2]] - view.center;
+  FacetPencil pencil;
+  pencil.normal = (b - a).cross(c - a);
+  pencil.offset = pencil.normal.dot(a);
+  const double scale = 1 / pencil.offset;
+  Eigen::Matrix3d inverse;  // rows: u_k = inverse.row(k) . direction
+  inverse.row(0) = scale * b.cross(c);
+  inverse.row(1) = scale * c.cross(a);
+  inverse.row(2) = scale * a.cross(b);
+  pencil.coefficients.noalias() = inverse * view.ray_from_pixel;
+  return pencil;
+}
+
+}  // namespace burin

@@ -1,0 +1,34 @@
+// Rays of a view against a facet: the affine functions behind warping, depth and derivatives.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/scene/camera.h"
+
+namespace burin {
+
+// The barycentric coordinates of the pixels of one facet in one view, divided by depth:
+//   u_k(x, y) = phi_k / t = row k of `coefficients` times (x, y, 1),   1/t = u_0 + u_1 + u_2,
+// for the surface point c + t * Ray(x, y). They are affine in the pixel, which is what makes
+// warping and differentiating cheap: with n the facet's area normal and offset = n . (V_0 - c),
+//   d(1/t)/dV_k = -u_k * n^T / offset.
+struct FacetPencil {
+  Eigen::Matrix3d coefficients;
+  double offset = 0;       // n . (V_0 - c); negative for a front-facing facet
+  Eigen::Vector3d normal;  // area normal n
+
+  // 1/t at pixel position (x, y) is this times (x, y, 1).
+  Eigen::RowVector3d InverseDepth() const { return coefficients.colwise().sum(); }
+};
+
+// What pencils need of a camera, computed once a view.
+struct ViewRays {
+  explicit ViewRays(const Camera& camera);
+  Eigen::Vector3d center;
+  Eigen::Matrix3d ray_from_pixel;  // Ray(x, y) = ray_from_pixel * (x, y, 1)
+};
+FacetPencil MakeFacetPencil(const std::vector<Eigen::Vector3d>& vertices,
+                            const Eigen::Vector3i& face, const ViewRays& view);
+
+}  // namespace burin

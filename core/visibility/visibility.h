@@ -1,0 +1,88 @@
+// Which facet each pixel sees, and which of those surface points a second view sees too: the
+// regions Omega_ij of the paper, cast with Embree and frozen while a solver runs.
+//
+// There is no depth bias. A pixel's facet is the closest hit of the ray through its centre. The
+// point X on it is visible from view j when nothing lies between X and j, where hits on X's own
+// facet and on facets that share a vertex with it and face j are not obstacles: on a consistently
+// oriented surface those cannot hide X, only rounding can make the ray touch them. Where the four
+// pixels of j around X's projection see nothing but X's facet and those neighbours, X counts as
+// visible without a ray of its own; an obstacle would have to be smaller than a pixel.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "core/mesh/mesh.h"
+#include "core/scene/camera.h"
+#include "core/scene/pairs.h"
+
+namespace burin {
+
+// Bits per pixel, eight planes to a byte: bit b of bits[b / 8][p] is that of partner b at pixel p.
+using PartnerBits = std::vector<std::vector<uint8_t>>;
+
+// The regions Omega_ij of a reference view i.
+struct ViewPartners {
+  std::vector<int> seconds;          // views j, in the order of the bits below
+  PartnerBits second_visible;        // pixel p is in Omega_ij
+  std::vector<int64_t> pair_pixels;  // |Omega_ij| for each of `seconds`
+};
+
+// What view i sees, as lists of pixels per facet corner.
+//
+// A pixel belongs to the corner of its facet with the largest barycentric coordinate at its surface
+// point. Corner c of the k-th visible facet owns pixel[start[3k+c]] .. pixel[start[3k+c+1]-1],
+// row-major pixel indices in ascending order.
+struct ViewDomain : ViewPartners {
+  int width = 0;
+  int height = 0;
+  std::vector<int> facet;       // visible facets, ascending
+  std::vector<uint32_t> start;  // 3 * facet.size() + 1
+  std::vector<uint32_t> pixel;
+};
+
+// Of ViewDomain or ViewPartners, which must outlive the result.
+template <typename View>
+std::vector<const ViewPartners*> PartnersOf(const std::vector<View>& views) {
+  std::vector<const ViewPartners*> partners;
+  partners.reserve(views.size());
+  for (const View& view : views) partners.push_back(&view);
+  return partners;
+}
+
+class RayCaster {
+ public:
+  // Copies the mesh into an Embree scene (single precision, centred on the bounding box).
+  explicit RayCaster(const TriangleMesh& mesh);
+  ~RayCaster();
+  RayCaster(const RayCaster&) = delete;
+  RayCaster& operator=(const RayCaster&) = delete;
+
+  // Facet seen at each pixel centre, -1 for none.
+  cv::Mat1i FacetMap(const Camera& camera) const;
+
+  // Visible and front-facing facets of every view with their pixels, and Omega_ij for the given
+  // pairs. A pixel whose facet is seen from behind belongs to nothing. Omega_ij excludes points
+  // whose projection lies less than `border_px` inside view j's image or whose facet does not face
+  // j, and those on a pixel of i or j that masks[i] or masks[j] has zero (CV_8UC1 of the camera's
+  // size, or empty; no masks at all: none). `others` gets the regions of `other_pairs`, per view,
+  // from the same rays; the domains' pixels are theirs too.
+  std::vector<ViewDomain> Cast(const std::vector<Camera>& cameras,
+                               const std::vector<CameraPair>& pairs, double border_px,
+                               const std::vector<cv::Mat>& masks = {},
+                               const std::vector<CameraPair>& other_pairs = {},
+                               std::vector<ViewPartners>* others = nullptr) const;
+
+  // For each of `points` (on facet facets[k]): nothing lies between it and `center`.
+  // visible[k] is 1 or 0; facets that face away from `center` give 0.
+  void PointsVisible(const Eigen::Vector3d& center, const std::vector<Eigen::Vector3d>& points,
+                     const std::vector<int>& facets, std::vector<uint8_t>* visible) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace burin
