@@ -67,18 +67,18 @@ Frozen& TheFrozen() {
 void Evaluation(benchmark::State& state) {
   Frozen& frozen = TheFrozen();
   SetThreadCount(static_cast<int>(state.range(1)));
-  PhotometricEnergy& energy = *frozen.energies[state.range(2)];
+  const std::unique_ptr<PhotometricRound> round =
+      frozen.energies[state.range(2)]->FreezeRound(frozen.context);
+  round->FinishFreeze();
   int64_t windows = 0;
   for (auto _ : state) {
-    state.PauseTiming();
-    energy.BeginRound(frozen.context);  // forget the cached evaluation
-    state.ResumeTiming();
-    benchmark::DoNotOptimize(energy.Evaluate(frozen.mesh.vertices, state.range(0) != 0));
-    windows += energy.valid_windows();
+    round->Forget();  // the cached evaluation
+    benchmark::DoNotOptimize(round->Evaluate(frozen.mesh.vertices, state.range(0) != 0));
+    windows += round->valid_windows();
   }
   state.counters["valid_windows_per_s"] =
       benchmark::Counter(static_cast<double>(windows), benchmark::Counter::kIsRate);
-  const nlohmann::json report = energy.RoundReport();
+  const nlohmann::json report = round->Report();
   state.counters["masked_share"] = report["masked_window_share"].get<double>();
   state.counters["mask_seconds"] = report["mask_seconds"].get<double>();
   state.counters["faces"] = static_cast<double>(frozen.mesh.faces.size());

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "core/support/stopwatch.h"
 
@@ -49,23 +48,20 @@ HeldBackVerdict CompareScores(const std::vector<FacetScore>& before,
   return verdict;
 }
 
-HeldBackJudge::HeldBackJudge(std::vector<CameraPair> pairs, PhotometricEnergy* photometric)
-    : pairs_(std::move(pairs)), photometric_(photometric) {
-  photometric_->HoldBackSquares(pairs_.empty());
-}
-
-void HeldBackJudge::BeginLevel(const RoundContext& first) {
+void HeldBackJudge::BeginLevel(const RoundContext& first, const TermRounds& terms) {
   const Stopwatch watch;
-  before_ = photometric_->FacetScores(first.mesh->vertices, PhotometricEnergy::Windows::kHeldBack,
-                                      /*derivatives=*/false);
+  before_ = photometric_->RoundOf(terms).FacetScores(
+      first.mesh->vertices, PhotometricRound::Windows::kHeldBack, /*derivatives=*/false);
   seconds_ = watch.Seconds();
 }
 
-LevelVerdict HeldBackJudge::EndLevel(const RoundContext& /*last*/, const TriangleMesh& after) {
+LevelVerdict HeldBackJudge::EndLevel(const RoundContext& /*last*/, const TermRounds& terms,
+                                     const TriangleMesh& after) {
   const Stopwatch watch;
   const HeldBackVerdict verdict = CompareScores(
-      before_, photometric_->FacetScores(after.vertices, PhotometricEnergy::Windows::kHeldBack,
-                                         /*derivatives=*/false));
+      before_,
+      photometric_->RoundOf(terms).FacetScores(after.vertices, PhotometricRound::Windows::kHeldBack,
+                                               /*derivatives=*/false));
   before_.clear();
   LevelVerdict level;
   level.worse = verdict.Worse();

@@ -11,6 +11,7 @@
 // smaller sum of omega; its standard error comes from the spread over 64 batches of neighbouring facets.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "core/refine/level_judge.h"
@@ -35,17 +36,19 @@ HeldBackVerdict CompareScores(const std::vector<FacetScore>& before,
 
 class HeldBackJudge : public LevelJudge {
  public:
-  // By `pairs`; where there are none, by squares (PhotometricEnergy::HoldBackSquares). `photometric` is
-  // a term of the refinement and not owned.
-  HeldBackJudge(std::vector<CameraPair> pairs, PhotometricEnergy* photometric);
+  // By `pairs`; where there are none, by squares, which `photometric` holds back then. It is a term of
+  // the refinement and not owned.
+  HeldBackJudge(std::vector<CameraPair> pairs, const PhotometricEnergy* photometric)
+      : pairs_(std::move(pairs)), photometric_(photometric) {}
 
   const std::vector<CameraPair>& HeldBackPairs() const override { return pairs_; }
-  void BeginLevel(const RoundContext& first) override;
-  LevelVerdict EndLevel(const RoundContext& last, const TriangleMesh& after) override;
+  void BeginLevel(const RoundContext& first, const TermRounds& terms) override;
+  LevelVerdict EndLevel(const RoundContext& last, const TermRounds& terms,
+                        const TriangleMesh& after) override;
 
  private:
   const std::vector<CameraPair> pairs_;
-  PhotometricEnergy* const photometric_;
+  const PhotometricEnergy* const photometric_;
   std::vector<FacetScore> before_;
   double seconds_ = 0;
 };

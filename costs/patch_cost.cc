@@ -18,8 +18,8 @@ constexpr int kPacked[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 
 }  // namespace
 
-PatchCost::PatchCost(const PhotometricEnergy* energy, int vertex) : energy_(energy) {
-  const RoundContext& context = energy->context();
+PatchCost::PatchCost(const PhotometricRound* round, int vertex) : round_(round) {
+  const RoundContext& context = round->context();
   blocks_.push_back(vertex);
   for (const int* f = context.faces.Begin(vertex); f != context.faces.End(vertex); ++f) {
     const Eigen::Vector3i& face = context.mesh->faces[*f];
@@ -40,15 +40,15 @@ PatchCost::PatchCost(const PhotometricEnergy* energy, int vertex) : energy_(ener
 }
 
 PatchSystem PatchCost::System() const {
-  const RoundContext& context = energy_->context();
+  const RoundContext& context = round_->context();
   const bool normal_motion = context.motion == Motion::kNormal;
   const int n = (normal_motion ? 1 : 3) * static_cast<int>(blocks_.size());
   PatchSystem system;
   system.gradient.setZero(n);
   system.curvature.setZero(n, n);
   for (const IncidentFacet& incident : facets_) {
-    const CornerSums& sums = energy_->corner_sums()[3 * incident.facet + incident.corner];
-    const Eigen::Vector3d& normal = energy_->facet_normals()[incident.facet];
+    const CornerSums& sums = round_->corner_sums()[3 * incident.facet + incident.corner];
+    const Eigen::Vector3d& normal = round_->facet_normals()[incident.facet];
     system.cost += sums.cost;
     double along[3];  // n . N_k
     for (int k = 0; k < 3 && normal_motion; ++k) {
@@ -114,7 +114,7 @@ bool PatchCost::Evaluate(double const* const* /*parameters*/, double* residuals,
   if (!valid_) return false;
   std::copy(linearization_.begin(), linearization_.begin() + num_residuals(), residuals);
   if (jacobians == nullptr) return true;
-  const RoundContext& context = energy_->context();
+  const RoundContext& context = round_->context();
   const int rows = num_residuals();
   const double* factor = linearization_.data() + rows;
   const auto blocks = static_cast<int>(blocks_.size());

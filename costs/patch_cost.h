@@ -3,7 +3,7 @@
 // A patch is the set of pixels, in all views, whose facet corner nearest to them (largest
 // barycentric coordinate) is vertex v. Its parameter blocks are v and the vertices of its one-ring
 // facets. From the patch's cost c, gradient g and majorised Gauss-Newton matrix H
-// (costs/photometric_energy.h) it makes
+// (costs/photometric_round.h) it makes
 //
 //   H + delta I = L L^T
 //   r = [ L^-1 g / beta ; sqrt(2 c - |L^-1 g|^2 / beta^2) ],   J = [ beta L^T ; 0 ]
@@ -22,7 +22,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "costs/photometric_energy.h"
+#include "costs/photometric_round.h"
 
 namespace burin {
 
@@ -36,14 +36,14 @@ struct PatchSystem {
 
 class PatchCost : public ceres::CostFunction {
  public:
-  // The energy must outlive the cost and have begun its round. `vertex` must be supported.
-  PatchCost(const PhotometricEnergy* energy, int vertex);
+  // The round must outlive the cost. `vertex` must be supported.
+  PatchCost(const PhotometricRound* round, int vertex);
 
   // Vertices in the order of the parameter blocks; the first is the patch's own.
   const std::vector<int>& blocks() const { return blocks_; }
   PatchSystem System() const;
-  // Factors the system at the energy's last evaluation with derivatives; Evaluate() hands out the
-  // result until the next call. The energy calls this for all patches in parallel before Ceres,
+  // Factors the system at the round's last evaluation with derivatives; Evaluate() hands out the
+  // result until the next call. The round calls this for all patches in parallel before Ceres,
   // which evaluates on one thread, reads them.
   void Linearize();
   bool Evaluate(double const* const* parameters, double* residuals,
@@ -55,7 +55,7 @@ class PatchCost : public ceres::CostFunction {
     int corner;    // of the patch's vertex
     int local[3];  // block index of each corner
   };
-  const PhotometricEnergy* energy_;
+  const PhotometricRound* round_;
   std::vector<int> blocks_;
   std::vector<IncidentFacet> facets_;
   bool valid_ = false;

@@ -1,25 +1,7 @@
-// The photometric energy of all selected pairs, evaluated once per point for everybody.
-//
-//   E_photo = sum_(i,j) sum_p omega_p (1 - ZNCC_p)          (costs/pair_kernel.h)
-//
-// One call streams the pairs and leaves, for every corner of every facet, the sums that the cost
-// functions of the vertex patches read. With s = 1/depth along the fixed ray of pixel p,
-// ds/dV_k = -u_k n^T / offset (core/visibility/facet_pencil.h), so that for the pixels y of one
-// corner
-//
-//   dE/dV_k      = slope[k] n^T           slope[k]        = sum_views -1/offset   sum_y dE/ds u_k
-//   H(k, l)      = curvature[k,l] n n^T   curvature[k,l]  = sum_views 1/offset^2  sum_y w D^2 u_k u_l
-//   E            = sum cost
-//
-// with n the facet's area normal at the evaluated positions. H is the majorised Gauss-Newton
-// matrix: H - (Gauss-Newton matrix of the windows) is positive semi-definite. Sums are in double,
-// fields in single precision unless options ask for double. Held constant during a round: which
-// facet each pixel sees, Omega_ij, occlusion masks, window weights.
+// The photometric energy as a term: options and the images of the level. What it is in a round, and the
+// formulas, are in costs/photometric_round.h.
 #pragma once
 
-#include <ceres/evaluation_callback.h>
-
-#include <Eigen/Core>
 #include <memory>
 #include <string>
 #include <vector>
@@ -31,74 +13,26 @@
 
 namespace burin {
 
-class PatchCost;
-
-class PhotometricEnergy : public EnergyTerm, public ceres::EvaluationCallback {
+class PhotometricEnergy : public EnergyTerm {
  public:
-  explicit PhotometricEnergy(const PhotometricOptions& options);
+  // With `hold_back_squares` the windows of InHeldBackSquare() are left out of the energy: they are then
+  // what is held back, instead of the context's pairs.
+  explicit PhotometricEnergy(const PhotometricOptions& options, bool hold_back_squares = false);
   ~PhotometricEnergy() override;
 
   std::string Name() const override { return "photometric"; }
   void BeginLevel(const std::vector<LevelView>& views) override;
-  void BeginRound(const RoundContext& context) override;
-  void Freeze() override;  // the masks; the first evaluation makes up for it
-  void AddResiduals(ceres::Problem* problem, std::vector<Eigen::Vector3d>* vertices) override;
-  ceres::EvaluationCallback* Callback() override { return this; }
-  int64_t EvaluationCount() const override;
-  void Forget() override;
-  nlohmann::json RoundReport() const override;
+  std::unique_ptr<TermRound> Freeze(const RoundContext& context) override;
 
-  // ceres::EvaluationCallback. Evaluates at the positions given to AddResiduals. Derivatives are
-  // made even when only residuals are asked for: the trust-region solvers ask for them next, at the
-  // same point, whenever they accept the step.
-  void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
-
-  // Energy at given positions; with derivatives fills corner_sums(). Does nothing when the last
-  // call was for the same positions and had what is asked for.
-  double Evaluate(const std::vector<Eigen::Vector3d>& vertices, bool derivatives);
-
-  // Sums of corner c of facet f at 3 f + c, as of the last Evaluate() with derivatives.
-  const std::vector<CornerSums>& corner_sums() const;
-  // Area normals of the facets at the last evaluated positions.
-  const std::vector<Eigen::Vector3d>& facet_normals() const;
-  const RoundContext& context() const;
-
-  // Leaves out, from the next round on, the windows of InHeldBackSquare(): they are then what is held
-  // back, instead of the context's pairs.
-  void HoldBackSquares(bool hold);
-
-  // The scores of all facets at given positions: of the energy's windows or, in rounds whose context
-  // holds pairs back, of those held back. Not counted as an evaluation and not remembered: the next
-  // Evaluate() is a real one. With derivatives corner_sums() and facet_normals() are left filled.
-  enum class Windows { kUsed, kHeldBack };
-  std::vector<FacetScore> FacetScores(const std::vector<Eigen::Vector3d>& vertices, Windows windows,
-                                      bool derivatives);
-
-  int64_t valid_windows() const;       // windows that counted in the last evaluation
-  const WindowMasks& masks(int view);  // of the round
+  // The same with its own type; and of rounds that Freeze() has made.
+  std::unique_ptr<PhotometricRound> FreezeRound(const RoundContext& context);
+  PhotometricRound& RoundOf(const TermRounds& rounds) const;
 
  private:
-  void EvaluateSample(const PairSample& sample, bool squares_only, bool derivatives);
-
-  PhotometricOptions options_;
+  const PhotometricOptions options_;
+  const bool hold_back_squares_;
   std::unique_ptr<ViewEvaluation> view_evaluation_;
   const std::vector<LevelView>* views_ = nullptr;
-  const RoundContext* context_ = nullptr;
-  bool hold_squares_ = false;
-  PhotometricRound round_;
-  bool frozen_ = false;  // round_ is of context_
-  std::vector<Eigen::Vector3d>* parameters_ = nullptr;
-  std::vector<PatchCost*> patches_;  // owned by the round's problem
-
-  std::vector<Eigen::Vector3d> positions_;  // last evaluated
-  bool have_energy_ = false;
-  bool have_derivatives_ = false;
-  bool linearized_ = false;  // the patches, at positions_
-  double energy_ = 0;
-  ViewEvaluation::Output output_;
-  std::vector<Eigen::Vector3d> normals_;  // area normals of the facets
-  int64_t evaluations_ = 0;
-  double seconds_ = 0;
 };
 
 }  // namespace burin

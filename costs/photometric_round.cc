@@ -1,107 +1,147 @@
 #include "costs/photometric_round.h"
 
-#include <algorithm>
-#include <cmath>
-#include <utility>
+#include <glog/logging.h>
 
+#include <algorithm>
+
+#include "core/solve/symmetric_matrix.h"
 #include "core/support/parallel.h"
 #include "core/support/stopwatch.h"
-#include "costs/step_band.h"
+#include "costs/patch_cost.h"
 
 namespace burin {
 namespace {
 
-constexpr int kTileColumns = 512;
-constexpr int kTileRows = 96;
-
-std::vector<ViewTile> CutTiles(const ViewDomain& domain, const PartnerBits& pixels) {
-  std::vector<ViewTile> tiles;
-  for (int y0 = 0; y0 < domain.height; y0 += kTileRows) {
-    for (int x0 = 0; x0 < domain.width; x0 += kTileColumns) {
-      ViewTile entry;
-      entry.tile = {x0, y0, std::min(domain.width, x0 + kTileColumns),
-                    std::min(domain.height, y0 + kTileRows)};
-      for (size_t group = 0; group < pixels.size(); ++group) {
-        unsigned int any = 0;
-        for (int y = y0; y < entry.tile.y1; ++y) {
-          const uint8_t* row = pixels[group].data() + static_cast<size_t>(y) * domain.width;
-          for (int x = x0; x < entry.tile.x1; ++x) any |= row[x];
-        }
-        for (int bit = 0; bit < 8; ++bit) {
-          if ((any >> bit) & 1U) entry.partners.push_back(static_cast<int>(8 * group) + bit);
-        }
-      }
-      if (!entry.partners.empty()) tiles.push_back(std::move(entry));
-    }
-  }
-  return tiles;
-}
-
-void HoldBackSquares(const std::vector<ViewDomain>& domains, PhotometricRound* round) {
-  PairSample& used = round->used;
-  if (used.pixels.empty()) {
-    for (const ViewDomain& domain : domains) used.pixels.push_back(domain.second_visible);
-  }
-  for (size_t i = 0; i < domains.size(); ++i) {
-    const auto width = static_cast<uint32_t>(domains[i].width);
-    for (std::vector<uint8_t>& plane : used.pixels[i]) {
-      for (uint32_t p = 0; p < plane.size(); ++p) {
-        if (InHeldBackSquare(p % width, p / width)) plane[p] = 0;
-      }
-    }
-  }
-}
-
-void Cut(const std::vector<ViewDomain>& domains, PairSample* sample) {
-  const auto count = static_cast<int>(sample->partners.size());
-  sample->tiles.resize(count);
-  ParallelFor(count, 1, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) sample->tiles[i] = CutTiles(domains[i], sample->Pixels(i));
-  });
-}
+constexpr int kFacetGrain = 512;
+constexpr int kPatchGrain = 256;
 
 }  // namespace
 
-PhotometricRound FreezePhotometricRound(const RoundContext& context,
-                                        const PhotometricOptions& options, bool hold_squares) {
-  const Stopwatch watch;
-  const std::vector<ViewDomain>& domains = *context.domains;
-  const MaskMode mode = MaskModeNamed(options.mask.mode);
-  const int min_taps =
-      static_cast<int>(std::ceil(options.min_valid_share * options.window * options.window));
-  PhotometricRound round;
-  round.used.partners = PartnersOf(domains);
-  if (context.held_back != nullptr) {
-    round.held_back.partners = hold_squares ? round.used.partners : PartnersOf(*context.held_back);
+PhotometricRound::PhotometricRound(const PhotometricOptions& options, bool hold_back_squares,
+                                   ViewEvaluation* view_evaluation, const RoundContext& context)
+    : options_(options),
+      hold_back_squares_(hold_back_squares),
+      view_evaluation_(view_evaluation),
+      context_(context) {}
+
+void PhotometricRound::FinishFreeze() {
+  if (frozen_) return;
+  windows_ = FreezeWindows(context_, options_, hold_back_squares_);
+  frozen_ = true;
+}
+
+void PhotometricRound::AddResiduals(ceres::Problem* problem, RoundParameters* parameters) {
+  parameters_ = parameters;
+  std::vector<Eigen::Vector3d>& vertices = parameters->vertices;
+  std::vector<int> supported;
+  for (size_t v = 0; v < vertices.size(); ++v) {
+    if (context_.supported[v] != 0) supported.push_back(static_cast<int>(v));
   }
-  round.masks.assign(domains.size(), WindowMasks());
-  const bool band = mode == MaskMode::kPlane && options.mask.band_px > 0 && !context.first_level;
-  std::vector<std::vector<uint8_t>> near_steps(domains.size());
-  std::vector<Camera> cameras;
-  for (size_t i = 0; i < domains.size(); ++i) {
-    const ViewDomain& domain = domains[i];
-    cameras.push_back((*context.views)[i].camera);
-    round.reference_pixels += static_cast<int64_t>(domain.pixel.size());
-    if (domain.pixel.empty() || mode == MaskMode::kNone) continue;
-    const DepthPlanes planes = MakeDepthPlanes(domain, *context.mesh, cameras[i]);
-    round.masks[i] =
-        MakeWindowMasks(planes, options.window / 2, mode, options.mask.plane_px, min_taps);
-    if (!band) continue;
-    near_steps[i] = NearSteps(planes, OpenBorderPixels(domain, *context.mesh, context.boundary),
-                              options.mask.plane_px, options.mask.band_px);
+  patches_.resize(supported.size());
+  ParallelFor(static_cast<int>(supported.size()), kPatchGrain, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) patches_[k] = new PatchCost(this, supported[k]);
+  });
+  std::vector<double*> blocks;
+  for (PatchCost* cost : patches_) {
+    blocks.clear();
+    for (int block : cost->blocks()) blocks.push_back(vertices[block].data());
+    problem->AddResidualBlock(cost, nullptr, blocks);
   }
-  if (band) {
-    for (PairSample* sample : {&round.used, &round.held_back}) {
-      if (sample->partners.empty()) continue;
-      sample->pixels = WithoutSteps(domains, sample->partners, cameras, *context.mesh, near_steps,
-                                    options.mask.evidence);
+}
+
+void PhotometricRound::PrepareForEvaluation(bool /*evaluate_jacobians*/,
+                                            bool /*new_evaluation_point*/) {
+  const int64_t before = evaluations_;
+  Evaluate(parameters_->vertices, /*derivatives=*/true);
+  if (evaluations_ == before && linearized_) return;
+  ParallelFor(static_cast<int>(patches_.size()), kPatchGrain, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) patches_[k]->Linearize();
+  });
+  linearized_ = true;
+}
+
+void PhotometricRound::EvaluateSample(const PairSample& sample, bool squares_only,
+                                      bool derivatives) {
+  output_.windows = 0;
+  const size_t face_count = context_.mesh->faces.size();
+  output_.sums.resize(3 * face_count);
+  normals_.resize(face_count);
+  ParallelFor(static_cast<int>(face_count), kFacetGrain, [&](int begin, int end) {
+    std::fill(output_.sums.begin() + 3L * begin, output_.sums.begin() + 3L * end, CornerSums());
+    for (int f = begin; f < end; ++f) {
+      const Eigen::Vector3i& face = context_.mesh->faces[f];
+      normals_[f] = (positions_[face[1]] - positions_[face[0]])
+                        .cross(positions_[face[2]] - positions_[face[0]]);
     }
+  });
+  ViewEvaluation::Input input;
+  input.context = &context_;
+  input.windows = &windows_;
+  input.sample = &sample;
+  input.squares_only = squares_only;
+  for (size_t i = 0; i < sample.partners.size(); ++i) {
+    view_evaluation_->Add(input, static_cast<int>(i), positions_, derivatives, &output_);
   }
-  if (hold_squares) HoldBackSquares(domains, &round);
-  Cut(domains, &round.used);
-  Cut(domains, &round.held_back);
-  round.mask_seconds = watch.Seconds();
-  return round;
+}
+
+double PhotometricRound::Evaluate(const std::vector<Eigen::Vector3d>& vertices, bool derivatives) {
+  const bool same = have_energy_ && positions_ == vertices;
+  if (same && (have_derivatives_ || !derivatives)) return energy_;
+  FinishFreeze();
+  const Stopwatch watch;
+  positions_ = vertices;
+  EvaluateSample(windows_.used, /*squares_only=*/false, derivatives);
+  energy_ = ChunkedSum(static_cast<int>(output_.sums.size()), [&](int begin, int end) {
+    double part = 0;
+    for (int k = begin; k < end; ++k) part += output_.sums[k].cost;
+    return part;
+  });
+  have_energy_ = true;
+  have_derivatives_ = derivatives;
+  linearized_ = false;
+  ++evaluations_;
+  seconds_ += watch.Seconds();
+  return energy_;
+}
+
+std::vector<FacetScore> PhotometricRound::FacetScores(const std::vector<Eigen::Vector3d>& vertices,
+                                                      Windows windows, bool derivatives) {
+  FinishFreeze();
+  std::vector<FacetScore> scores(context_.mesh->faces.size());
+  const int64_t windows_before = output_.windows;
+  positions_ = vertices;
+  output_.scores = &scores;
+  if (windows == Windows::kUsed) {
+    EvaluateSample(windows_.used, /*squares_only=*/false, derivatives);
+  } else {
+    EvaluateSample(windows_.held_back, hold_back_squares_, derivatives);
+  }
+  output_.scores = nullptr;
+  output_.windows = windows_before;
+  Forget();
+  return scores;
+}
+
+void PhotometricRound::Forget() {
+  have_energy_ = false;
+  have_derivatives_ = false;
+  linearized_ = false;
+}
+
+nlohmann::json PhotometricRound::Report() const {
+  int64_t masked = 0;
+  for (const WindowMasks& masks : windows_.masks) masked += static_cast<int64_t>(masks.size());
+  const auto all = static_cast<double>(std::max<int64_t>(1, windows_.reference_pixels));
+  return {{"evaluations", evaluations_},
+          {"valid_windows", output_.windows},
+          {"masked_window_share", static_cast<double>(masked) / all},
+          {"mask_seconds", windows_.mask_seconds},
+          {"evaluation_seconds", seconds_}};
+}
+
+const WindowMasks& PhotometricRound::masks(int view) {
+  FinishFreeze();
+  return windows_.masks[view];
 }
 
 }  // namespace burin

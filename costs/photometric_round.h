@@ -1,49 +1,97 @@
-// What the photometric energy holds constant during a round besides visibility: occlusion masks, the
-// pixels left out beside depth steps, the pixels held back, and the tiles that pairs are worked on in.
+// The photometric energy of all selected pairs in a round, evaluated once per point for everybody.
+//
+//   E_photo = sum_(i,j) sum_p omega_p (1 - ZNCC_p)          (costs/pair_kernel.h)
+//
+// One call streams the pairs and leaves, for every corner of every facet, the sums that the cost
+// functions of the vertex patches read. With s = 1/depth along the fixed ray of pixel p,
+// ds/dV_k = -u_k n^T / offset (core/visibility/facet_pencil.h), so that for the pixels y of one
+// corner
+//
+//   dE/dV_k      = slope[k] n^T           slope[k]        = sum_views -1/offset   sum_y dE/ds u_k
+//   H(k, l)      = curvature[k,l] n n^T   curvature[k,l]  = sum_views 1/offset^2  sum_y w D^2 u_k u_l
+//   E            = sum cost
+//
+// with n the facet's area normal at the evaluated positions. H is the majorised Gauss-Newton
+// matrix: H - (Gauss-Newton matrix of the windows) is positive semi-definite. Sums are in double,
+// fields in single precision unless options ask for double. Held constant during a round: which
+// facet each pixel sees, Omega_ij, occlusion masks, window weights.
 #pragma once
 
+#include <ceres/evaluation_callback.h>
+
+#include <Eigen/Core>
 #include <cstdint>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "core/solve/energy_term.h"
-#include "costs/occlusion_mask.h"
-#include "costs/pair_kernel.h"
+#include "costs/frozen_windows.h"
 #include "costs/photometric_options.h"
+#include "costs/view_evaluation.h"
 
 namespace burin {
 
-struct ViewTile {
-  Tile tile;
-  std::vector<int> partners;  // indices into ViewPartners::seconds with a pixel in the tile
+class PatchCost;
+
+class PhotometricRound : public TermRound, public ceres::EvaluationCallback {
+ public:
+  // `view_evaluation` has the images of the context's views. All outlive the round; the options are kept.
+  PhotometricRound(const PhotometricOptions& options, bool hold_back_squares,
+                   ViewEvaluation* view_evaluation, const RoundContext& context);
+
+  void AddResiduals(ceres::Problem* problem, RoundParameters* parameters) override;
+  void FinishFreeze() override;  // the masks
+  ceres::EvaluationCallback* Callback() override { return this; }
+  int64_t EvaluationCount() const override { return evaluations_; }
+  void Forget() override;
+  nlohmann::json Report() const override;
+
+  // ceres::EvaluationCallback. Evaluates at the positions given to AddResiduals. Derivatives are
+  // made even when only residuals are asked for: the trust-region solvers ask for them next, at the
+  // same point, whenever they accept the step.
+  void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
+
+  // Energy at given positions; with derivatives fills corner_sums(). Does nothing when the last
+  // call was for the same positions and had what is asked for.
+  double Evaluate(const std::vector<Eigen::Vector3d>& vertices, bool derivatives);
+
+  // Sums of corner c of facet f at 3 f + c, as of the last Evaluate() with derivatives.
+  const std::vector<CornerSums>& corner_sums() const { return output_.sums; }
+  // Area normals of the facets at the last evaluated positions.
+  const std::vector<Eigen::Vector3d>& facet_normals() const { return normals_; }
+  const RoundContext& context() const { return context_; }
+
+  // The scores of all facets at given positions: of the energy's windows or, in rounds whose context
+  // holds pairs back, of those held back. Not counted as an evaluation and not remembered: the next
+  // Evaluate() is a real one. With derivatives corner_sums() and facet_normals() are left filled.
+  enum class Windows { kUsed, kHeldBack };
+  std::vector<FacetScore> FacetScores(const std::vector<Eigen::Vector3d>& vertices, Windows windows,
+                                      bool derivatives);
+
+  int64_t valid_windows() const { return output_.windows; }  // that counted in the last evaluation
+  const WindowMasks& masks(int view);
+
+ private:
+  void EvaluateSample(const PairSample& sample, bool squares_only, bool derivatives);
+
+  const PhotometricOptions options_;
+  const bool hold_back_squares_;
+  ViewEvaluation* const view_evaluation_;
+  const RoundContext& context_;
+  FrozenWindows windows_;
+  bool frozen_ = false;  // windows_ is made
+  const RoundParameters* parameters_ = nullptr;
+  std::vector<PatchCost*> patches_;  // owned by the round's problem
+
+  std::vector<Eigen::Vector3d> positions_;  // last evaluated
+  bool have_energy_ = false;
+  bool have_derivatives_ = false;
+  bool linearized_ = false;  // the patches, at positions_
+  double energy_ = 0;
+  ViewEvaluation::Output output_;
+  std::vector<Eigen::Vector3d> normals_;  // area normals of the facets
+  int64_t evaluations_ = 0;
+  double seconds_ = 0;
 };
-
-// Pairs to evaluate and their pixels, by reference view.
-struct PairSample {
-  std::vector<const ViewPartners*> partners;
-  std::vector<PartnerBits> pixels;  // what is used of Omega_ij; empty = all of it
-  std::vector<std::vector<ViewTile>> tiles;
-
-  const PartnerBits& Pixels(size_t view) const {
-    return pixels.empty() ? partners[view]->second_visible : pixels[view];
-  }
-};
-
-struct PhotometricRound {
-  std::vector<WindowMasks> masks;  // per view
-  PairSample used;                 // the energy's
-  PairSample held_back;            // to judge by; empty where the context holds nothing back
-  int64_t reference_pixels = 0;    // of all views: windows that could have a mask
-  double mask_seconds = 0;
-};
-
-// `hold_squares`: the windows of small squares are what is held back, and pairs that the context
-// holds back are not looked at. The context must outlive the result.
-PhotometricRound FreezePhotometricRound(const RoundContext& context,
-                                        const PhotometricOptions& options, bool hold_squares);
-
-// Those squares: 6 pixels wide, 48 apart, 1.6 % of the pixels.
-inline bool InHeldBackSquare(uint32_t x, uint32_t y) {
-  return (x + 27) % 48 < 6 && (y + 27) % 48 < 6;
-}
 
 }  // namespace burin

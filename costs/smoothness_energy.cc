@@ -3,11 +3,66 @@
 #include <cmath>
 
 #include "core/support/parallel.h"
+#include "costs/stencil_cost.h"
 
 namespace burin {
 namespace {
 
 constexpr int kVertexGrain = 512;
+
+class SmoothnessRound : public TermRound {
+ public:
+  SmoothnessRound(const SmoothnessOptions& options, const RoundContext& context)
+      : options_(options), context_(context) {}
+  void AddResiduals(ceres::Problem* problem, RoundParameters* parameters) override;
+
+ private:
+  Stencil MakeStencil(int v) const;
+  const SmoothnessOptions options_;
+  const RoundContext& context_;
+};
+
+Stencil SmoothnessRound::MakeStencil(int v) const {
+  if (options_.type == "bilaplacian") {
+    return BiLaplacianStencil(v, context_.neighbors, context_.boundary);
+  }
+  if (options_.type == "cotangent") {
+    return CotangentStencil(v, *context_.mesh, context_.neighbors, context_.faces,
+                            context_.boundary);
+  }
+  return UmbrellaStencil(v, context_.neighbors, context_.boundary);
+}
+
+void SmoothnessRound::AddResiduals(ceres::Problem* problem, RoundParameters* parameters) {
+  if (options_.type == "none" || options_.weight == 0) return;
+  std::vector<Eigen::Vector3d>& vertices = parameters->vertices;
+  const auto count = static_cast<int>(vertices.size());
+  std::vector<Stencil> stencils(count);
+  std::vector<StencilCost*> costs(count, nullptr);
+  ParallelFor(count, kVertexGrain, [&](int begin, int end) {
+    for (int v = begin; v < end; ++v) {
+      stencils[v] = MakeStencil(v);
+      if (stencils[v].vertex.empty()) continue;
+      double edge_length = 0;
+      for (const int* n = context_.neighbors.Begin(v); n != context_.neighbors.End(v); ++n) {
+        edge_length += (vertices[*n] - vertices[v]).norm();
+      }
+      edge_length /= context_.neighbors.Degree(v);
+      if (!(edge_length > 0)) continue;
+      const Eigen::Vector3d target = context_.was_supported[v] != 0 ? Eigen::Vector3d::Zero().eval()
+                                                                    : Apply(stencils[v], vertices);
+      costs[v] = new StencilCost(stencils[v].coefficient, std::sqrt(options_.weight) / edge_length,
+                                 target);
+    }
+  });
+  std::vector<double*> blocks;
+  for (int v = 0; v < count; ++v) {
+    if (costs[v] == nullptr) continue;
+    blocks.clear();
+    for (int vertex : stencils[v].vertex) blocks.push_back(vertices[vertex].data());
+    problem->AddResidualBlock(costs[v], nullptr, blocks);
+  }
+}
 
 }  // namespace
 
@@ -20,47 +75,8 @@ void SmoothnessOptions::Describe(OptionSet* set) {
       1e9);
 }
 
-Stencil SmoothnessEnergy::MakeStencil(int v) const {
-  if (options_.type == "bilaplacian") {
-    return BiLaplacianStencil(v, context_->neighbors, context_->boundary);
-  }
-  if (options_.type == "cotangent") {
-    return CotangentStencil(v, *context_->mesh, context_->neighbors, context_->faces,
-                            context_->boundary);
-  }
-  return UmbrellaStencil(v, context_->neighbors, context_->boundary);
-}
-
-void SmoothnessEnergy::AddResiduals(ceres::Problem* problem,
-                                    std::vector<Eigen::Vector3d>* vertices) {
-  if (options_.type == "none" || options_.weight == 0) return;
-  const auto count = static_cast<int>(vertices->size());
-  std::vector<Stencil> stencils(count);
-  std::vector<StencilCost*> costs(count, nullptr);
-  ParallelFor(count, kVertexGrain, [&](int begin, int end) {
-    for (int v = begin; v < end; ++v) {
-      stencils[v] = MakeStencil(v);
-      if (stencils[v].vertex.empty()) continue;
-      double edge_length = 0;
-      for (const int* n = context_->neighbors.Begin(v); n != context_->neighbors.End(v); ++n) {
-        edge_length += ((*vertices)[*n] - (*vertices)[v]).norm();
-      }
-      edge_length /= context_->neighbors.Degree(v);
-      if (!(edge_length > 0)) continue;
-      const Eigen::Vector3d target = context_->was_supported[v] != 0
-                                         ? Eigen::Vector3d::Zero().eval()
-                                         : Apply(stencils[v], *vertices);
-      costs[v] = new StencilCost(stencils[v].coefficient, std::sqrt(options_.weight) / edge_length,
-                                 target);
-    }
-  });
-  std::vector<double*> blocks;
-  for (int v = 0; v < count; ++v) {
-    if (costs[v] == nullptr) continue;
-    blocks.clear();
-    for (int vertex : stencils[v].vertex) blocks.push_back((*vertices)[vertex].data());
-    problem->AddResidualBlock(costs[v], nullptr, blocks);
-  }
+std::unique_ptr<TermRound> SmoothnessEnergy::Freeze(const RoundContext& context) {
+  return std::make_unique<SmoothnessRound>(options_, context);
 }
 
 }  // namespace burin

@@ -10,12 +10,12 @@
 // flattens. (What was seen and no longer is: core/refine/hidden_folds.h.)
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "core/solve/energy_term.h"
 #include "core/support/options.h"
-#include "costs/stencil_cost.h"
 
 namespace burin {
 
@@ -29,13 +29,10 @@ class SmoothnessEnergy : public EnergyTerm {
  public:
   explicit SmoothnessEnergy(const SmoothnessOptions& options) : options_(options) {}
   std::string Name() const override { return "smoothness"; }
-  void BeginRound(const RoundContext& context) override { context_ = &context; }
-  void AddResiduals(ceres::Problem* problem, std::vector<Eigen::Vector3d>* vertices) override;
+  std::unique_ptr<TermRound> Freeze(const RoundContext& context) override;
 
  private:
-  Stencil MakeStencil(int v) const;
-  SmoothnessOptions options_;
-  const RoundContext* context_ = nullptr;
+  const SmoothnessOptions options_;
 };
 
 }  // namespace burin

@@ -38,13 +38,13 @@ void CountPairs(const ViewDomain& domain, const RoundContext& context, std::vect
 
 }  // namespace
 
-VertexQuality MeasureVertexQuality(const TriangleMesh& mesh, PhotometricEnergy* photometric) {
-  const RoundContext& context = photometric->context();
-  const std::vector<FacetScore> scores = photometric->FacetScores(
-      mesh.vertices, PhotometricEnergy::Windows::kUsed, /*derivatives=*/true);
+VertexQuality MeasureVertexQuality(const TriangleMesh& mesh, PhotometricRound* round) {
+  const RoundContext& context = round->context();
+  const std::vector<FacetScore> scores =
+      round->FacetScores(mesh.vertices, PhotometricRound::Windows::kUsed, /*derivatives=*/true);
   const std::vector<Eigen::Vector3d> normals = VertexNormals(mesh, context.faces);
-  const std::vector<CornerSums>& sums = photometric->corner_sums();
-  const std::vector<Eigen::Vector3d>& facet_normals = photometric->facet_normals();
+  const std::vector<CornerSums>& sums = round->corner_sums();
+  const std::vector<Eigen::Vector3d>& facet_normals = round->facet_normals();
 
   const auto count = static_cast<int>(mesh.vertices.size());
   VertexQuality quality;

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/mesh/mesh.h"
-#include "costs/photometric_energy.h"
+#include "costs/photometric_round.h"
 
 namespace burin {
 
@@ -27,7 +27,7 @@ struct VertexQuality {
   std::vector<float> sd;
 };
 
-// `mesh` has the facets of the round that `photometric` is in, whose visibility counts.
-VertexQuality MeasureVertexQuality(const TriangleMesh& mesh, PhotometricEnergy* photometric);
+// `mesh` has the facets of the round, whose visibility counts.
+VertexQuality MeasureVertexQuality(const TriangleMesh& mesh, PhotometricRound* round);
 
 }  // namespace burin

@@ -111,7 +111,7 @@ class ViewEvaluationIn : public ViewEvaluation {
   std::vector<PairInput<T>> PairInputs(const Input& frozen, int view) const {
     const ViewPartners& partners = *frozen.sample->partners[view];
     const PartnerBits& used = frozen.sample->Pixels(view);
-    const WindowMasks& masks = frozen.round->masks[view];
+    const WindowMasks& masks = frozen.windows->masks[view];
     std::vector<PairInput<T>> inputs(partners.seconds.size());
     for (size_t b = 0; b < inputs.size(); ++b) {
       const int second = partners.seconds[b];

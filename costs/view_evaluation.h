@@ -1,5 +1,5 @@
 // Evaluates the pairs of one reference view: pixels through the pair kernel, then the pixels of every
-// facet corner into the sums that costs/photometric_energy.h defines.
+// facet corner into the sums that costs/photometric_round.h defines.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/solve/energy_term.h"
+#include "costs/frozen_windows.h"
 #include "costs/photometric_options.h"
-#include "costs/photometric_round.h"
 
 namespace burin {
 
@@ -31,7 +31,7 @@ class ViewEvaluation {
   // What is frozen: of one round.
   struct Input {
     const RoundContext* context = nullptr;
-    const PhotometricRound* round = nullptr;
+    const FrozenWindows* windows = nullptr;
     const PairSample* sample = nullptr;  // of the round
     bool squares_only = false;           // scores of InHeldBackSquare() windows alone
   };

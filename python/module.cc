@@ -14,7 +14,6 @@
 #include <string>
 #include <vector>
 
-#include "apps/commands/option_binding.h"
 #include "apps/run/level_energy.h"
 #include "apps/run/memory_limit.h"
 #include "apps/run/pipeline.h"
@@ -257,8 +256,8 @@ py::dict RefineMesh(const Scene& scene, const py::array& vertices, const py::arr
   inputs.mesh = &mesh;
   const Stopwatch watch;
   std::exception_ptr raised;
-  RefinementHooks hooks;
-  hooks.on_iteration = [&](const RefinementEvent& event) {
+  PipelineParts parts;
+  parts.observers.on_iteration = [&](const RefinementEvent& event) {
     const py::gil_scoped_acquire acquire;
     try {
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();
@@ -278,7 +277,7 @@ py::dict RefineMesh(const Scene& scene, const py::array& vertices, const py::arr
     const py::gil_scoped_release release;
     inputs.memory = CheckMemory(scene, mesh, options);
     CheckMeshIsSeen(scene, mesh, "mesh");
-    result = RunPipeline(scene, mesh, options, hooks);
+    result = RunPipeline(scene, mesh, options, parts);
   }
   if (raised) std::rethrow_exception(raised);
   py::dict quality;

@@ -103,12 +103,10 @@ TEST(LocalGuard, WhereNothingCanStayAllStandsWhereItStood) {
   }
 }
 
-// A level's views of the scene in its own world, and a term that has begun with them.
+// A level's views of the scene in its own world.
 struct Judge {
   explicit Judge(const SyntheticScene& scene)
-      : views(MakeLevelViews(scene.scene, 0, Eigen::Vector3d::Zero(), 1 / scene.footprint)) {
-    photometric.BeginLevel(views);
-  }
+      : views(MakeLevelViews(scene.scene, 0, Eigen::Vector3d::Zero(), 1 / scene.footprint)) {}
   HeldBackVerdict Compare(const TriangleMesh& before, const TriangleMesh& after,
                           const std::vector<CameraPair>& held, double scale) {
     const auto scaled = [scale](TriangleMesh mesh) {
@@ -123,12 +121,12 @@ struct Judge {
     std::vector<ViewPartners> held_back;
     const RoundContext context = FreezeRound(views, {{2, 3}, {3, 2}, {3, 4}, {4, 3}}, mesh,
                                              Motion::kNormal, 3, &domains, held, &held_back);
-    photometric.HoldBackSquares(held.empty());
-    photometric.BeginRound(context);
-    return photometric.FacetScores(mesh.vertices, PhotometricEnergy::Windows::kHeldBack, false);
+    PhotometricEnergy photometric(PhotometricOptions(), /*hold_back_squares=*/held.empty());
+    photometric.BeginLevel(views);
+    return photometric.FreezeRound(context)->FacetScores(
+        mesh.vertices, PhotometricRound::Windows::kHeldBack, false);
   }
   std::vector<LevelView> views;
-  PhotometricEnergy photometric{PhotometricOptions()};
 };
 
 TEST(HeldBack, PairsAndSquaresTellTheBetterMesh) {
@@ -186,8 +184,11 @@ TEST(Guard, AnUndoneLevelLeavesTheSurfaceOfItsStart) {
   class SaysNo : public LevelJudge {
    public:
     const std::vector<CameraPair>& HeldBackPairs() const override { return pairs_; }
-    void BeginLevel(const RoundContext& first) override { before_ = *first.mesh; }
-    LevelVerdict EndLevel(const RoundContext& last, const TriangleMesh& after) override {
+    void BeginLevel(const RoundContext& first, const TermRounds& /*terms*/) override {
+      before_ = *first.mesh;
+    }
+    LevelVerdict EndLevel(const RoundContext& last, const TermRounds& /*terms*/,
+                          const TriangleMesh& after) override {
       EXPECT_EQ(before_.faces, after.faces);
       EXPECT_NE(before_.vertices, after.vertices);
       EXPECT_EQ((*last.held_back)[2].seconds, std::vector<int>{5});
@@ -200,9 +201,9 @@ TEST(Guard, AnUndoneLevelLeavesTheSurfaceOfItsStart) {
     TriangleMesh before_;
   };
   SaysNo judge;
-  RefinementHooks hooks;
-  hooks.judge = &judge;
-  const PipelineResult result = RunPipeline(Relief().scene, Relief().init, options, hooks);
+  PipelineParts parts;
+  parts.judge = &judge;
+  const PipelineResult result = RunPipeline(Relief().scene, Relief().init, options, parts);
   ASSERT_EQ(result.refinement.levels.size(), 2U);
   for (const LevelSummary& level : result.refinement.levels) {
     EXPECT_TRUE(level.undone);

@@ -37,15 +37,15 @@ struct Round {
     mesh = test::OccluderMesh();
     views = test::RandomViews(96, 80);
     context = FreezeRound(views, test::AllPairs(), mesh, motion, 2, &domains);
-    photometric.BeginLevel(views);
-    photometric.BeginRound(context);
-    smoothness.BeginRound(context);
-    positions = mesh.vertices;
+    photometric_term.BeginLevel(views);
+    photometric = photometric_term.FreezeRound(context);
+    smoothness = smoothness_term.Freeze(context);
+    parameters.vertices = mesh.vertices;
     ceres::Problem::Options options;
-    options.evaluation_callback = &photometric;
+    options.evaluation_callback = photometric.get();
     problem = std::make_unique<ceres::Problem>(options);
-    photometric.AddResiduals(problem.get(), &positions);
-    smoothness.AddResiduals(problem.get(), &positions);
+    photometric->AddResiduals(problem.get(), &parameters);
+    smoothness->AddResiduals(problem.get(), &parameters);
     for (size_t v = 0; v < positions.size(); v += 5) {
       problem->AddResidualBlock(
           new ceres::AutoDiffCostFunction<ScaledDistance, 3, 3, 2>(new ScaledDistance), nullptr,
@@ -67,9 +67,12 @@ struct Round {
   std::vector<LevelView> views;
   std::vector<ViewDomain> domains;
   RoundContext context;
-  PhotometricEnergy photometric{PhotometricOptions()};
-  SmoothnessEnergy smoothness{SmoothnessOptions()};
-  std::vector<Eigen::Vector3d> positions;
+  PhotometricEnergy photometric_term{PhotometricOptions()};
+  SmoothnessEnergy smoothness_term{SmoothnessOptions()};
+  std::unique_ptr<PhotometricRound> photometric;
+  std::unique_ptr<TermRound> smoothness;
+  RoundParameters parameters;
+  std::vector<Eigen::Vector3d>& positions = parameters.vertices;
   double extra[2] = {0.2, -0.4};
   std::vector<double*> order;
   std::unique_ptr<ceres::Problem> problem;
@@ -92,7 +95,7 @@ Sparse ToEigen(const SymmetricMatrix& matrix) {
 TEST(NormalEquations, AgreeWithCeresJacobian) {
   for (const Motion motion : {Motion::kNormal, Motion::kFree}) {
     Round round(motion);
-    NormalEquations equations(round.problem.get(), &round.photometric, round.order);
+    NormalEquations equations(round.problem.get(), round.photometric.get(), round.order);
     ceres::Problem::EvaluateOptions evaluate;
     int constant = 0;
     for (double* block : round.order) {
@@ -203,7 +206,7 @@ SolveSummary SolveGaussNewton(const SolveTask& task, const SolverOptions& option
 SolveTask TaskOf(Round* round) {
   SolveTask task;
   task.problem = round->problem.get();
-  task.evaluation_callback = &round->photometric;
+  task.evaluation_callback = round->photometric.get();
   task.vertices = &round->positions;
   task.blocks = round->order;
   task.context = &round->context;
@@ -263,7 +266,7 @@ TEST(OwnStrategies, LmPcgLeavesWhenTheNextStepIsShort) {
   // A limit between the fourth and the shortest earlier step: three steps are taken.
   const double earlier = std::min({steps[0], steps[1], steps[2]});
   ASSERT_LT(steps[3], earlier);
-  NormalEquations equations(round.problem.get(), &round.photometric, round.order);
+  NormalEquations equations(round.problem.get(), round.photometric.get(), round.order);
   const double moving = static_cast<double>(equations.moving_blocks().size());
   Round again(Motion::kNormal);
   task = TaskOf(&again);
@@ -274,7 +277,7 @@ TEST(OwnStrategies, LmPcgLeavesWhenTheNextStepIsShort) {
 
 TEST(NormalEquations, ConstantBlocksStay) {
   Round round(Motion::kFree);
-  NormalEquations equations(round.problem.get(), &round.photometric, round.order);
+  NormalEquations equations(round.problem.get(), round.photometric.get(), round.order);
   const std::vector<Eigen::Vector3d> before = round.positions;
   NormalEquations::State state;
   equations.Save(&state);
@@ -300,10 +303,10 @@ TEST(NormalEquations, SameBytesForAnyNumberOfThreads) {
       SetThreadCount(threads);
       Round round(motion);
       for (int repeat = 0; repeat < 40; ++repeat) {
-        round.smoothness.AddResiduals(round.problem.get(), &round.positions);
+        round.smoothness->AddResiduals(round.problem.get(), &round.parameters);
       }
       ASSERT_GT(round.problem->NumResidualBlocks(), 5000);
-      NormalEquations equations(round.problem.get(), &round.photometric, round.order);
+      NormalEquations equations(round.problem.get(), round.photometric.get(), round.order);
       double cost = 0;
       Eigen::VectorXd gradient;
       ASSERT_TRUE(equations.Evaluate(&cost, &gradient));

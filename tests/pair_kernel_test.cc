@@ -21,16 +21,17 @@ struct Round {
     mesh = test::OccluderMesh();
     views = test::RandomViews(97, 83);  // no multiple of any vector
     context = FreezeRound(views, test::AllPairs(), mesh, Motion::kNormal, 2, &domains);
-    energy = std::make_unique<PhotometricEnergy>(options);
-    energy->BeginLevel(views);
-    energy->BeginRound(context);
+    term = std::make_unique<PhotometricEnergy>(options);
+    term->BeginLevel(views);
+    energy = term->FreezeRound(context);
   }
   PhotometricOptions options;
   TriangleMesh mesh;
   std::vector<LevelView> views;
   std::vector<ViewDomain> domains;
   RoundContext context;
-  std::unique_ptr<PhotometricEnergy> energy;
+  std::unique_ptr<PhotometricEnergy> term;
+  std::unique_ptr<PhotometricRound> energy;
 };
 
 PhotometricOptions Options(int window, const std::string& mask, bool double_precision) {
@@ -102,9 +103,9 @@ TEST(PairKernel, SingleAgreesWithDoubleForEverySizeOfWindow) {
 
 // The energy alone and with derivatives goes through different code for halos and rows.
 TEST(PairKernel, EnergyDoesNotDependOnDerivatives) {
-  const Round round(Options(5, "plane", false));
+  Round round(Options(5, "plane", false));
   const double with = round.energy->Evaluate(round.mesh.vertices, true);
-  round.energy->BeginRound(round.context);
+  round.energy = round.term->FreezeRound(round.context);
   EXPECT_EQ(round.energy->Evaluate(round.mesh.vertices, false), with);
 }
 

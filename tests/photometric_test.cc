@@ -33,9 +33,9 @@ struct Fixture {
     mesh = test::OccluderMesh();
     views = test::RandomViews(96, 80);
     context = FreezeRound(views, test::AllPairs(), mesh, motion, 2, &domains);
-    energy = std::make_unique<PhotometricEnergy>(options);
-    energy->BeginLevel(views);
-    energy->BeginRound(context);
+    term = std::make_unique<PhotometricEnergy>(options);
+    term->BeginLevel(views);
+    energy = term->FreezeRound(context);
   }
   // Gradient of E with respect to all vertex coordinates.
   std::vector<Eigen::Vector3d> Gradient() {
@@ -67,7 +67,8 @@ struct Fixture {
   std::vector<LevelView> views;
   std::vector<ViewDomain> domains;
   RoundContext context;
-  std::unique_ptr<PhotometricEnergy> energy;
+  std::unique_ptr<PhotometricEnergy> term;
+  std::unique_ptr<PhotometricRound> energy;
 };
 
 double Dot(const std::vector<Eigen::Vector3d>& a, const std::vector<Eigen::Vector3d>& b) {
@@ -175,7 +176,8 @@ TEST(Photometric, PatchCostsSumToEnergyAndGradient) {
     ceres::Problem::Options problem_options;
     problem_options.evaluation_callback = fixture.energy->Callback();
     ceres::Problem problem(problem_options);
-    fixture.energy->AddResiduals(&problem, &fixture.mesh.vertices);
+    RoundParameters parameters{fixture.mesh.vertices};
+    fixture.energy->AddResiduals(&problem, &parameters);
     std::vector<double*> blocks;
     for (size_t v = 0; v < fixture.mesh.vertices.size(); ++v) {
       double* block = fixture.mesh.vertices[v].data();
@@ -370,14 +372,14 @@ TEST_P(PhotometricMasks, CurvatureMajorisesTheGaussNewtonMatrixOfAutodiff) {
   PhotometricOptions options;
   options.double_precision = true;
   options.mask = GetParam();
-  PhotometricEnergy energy(options);
-  energy.BeginLevel(views);
-  energy.BeginRound(context);
-  const double value = energy.Evaluate(mesh.vertices, true);
+  PhotometricEnergy term(options);
+  term.BeginLevel(views);
+  const std::unique_ptr<PhotometricRound> energy = term.FreezeRound(context);
+  const double value = energy->Evaluate(mesh.vertices, true);
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(kUnknowns);
   Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(kUnknowns, kUnknowns);
   for (int v = 0; v < kUnknowns; ++v) {
-    const PatchCost patch(&energy, v);
+    const PatchCost patch(energy.get(), v);
     const PatchSystem system = patch.System();
     for (size_t k = 0; k < patch.blocks().size(); ++k) {
       gradient[patch.blocks()[k]] += system.gradient[k];
@@ -423,7 +425,7 @@ TEST(Photometric, SameBytesForAnyNumberOfThreads) {
   const auto sums = fixture.energy->corner_sums();
   for (int threads : {2, 4}) {
     SetThreadCount(threads);
-    fixture.energy->BeginRound(fixture.context);
+    fixture.energy = fixture.term->FreezeRound(fixture.context);
     EXPECT_EQ(fixture.energy->Evaluate(fixture.mesh.vertices, true), one);
     for (size_t c = 0; c < sums.size(); ++c) {
       ASSERT_EQ(fixture.energy->corner_sums()[c].slope[0], sums[c].slope[0]);

@@ -68,8 +68,8 @@ TEST(Refinement, FrozenRoundsCanBeTriedAgain) {
   options.refinement.solver.type = "lm_cgnr";
   const TriangleMesh alone = RunPipeline(Relief().scene, Relief().init, options).mesh;
   int rounds = 0;
-  RefinementHooks hooks;
-  hooks.solve_round = [&](const FrozenRound& frozen) {
+  PipelineParts parts;
+  parts.solve_round = [&](const FrozenRound& frozen) {
     ++rounds;
     const RoundTrial first = frozen.solve("lm_cgnr", nullptr);
     for (const Strategy& strategy : Strategies()) {
@@ -102,7 +102,7 @@ TEST(Refinement, FrozenRoundsCanBeTriedAgain) {
     EXPECT_EQ(again.evaluations, first.evaluations);
     return again;
   };
-  const TriangleMesh tried = RunPipeline(Relief().scene, Relief().init, options, hooks).mesh;
+  const TriangleMesh tried = RunPipeline(Relief().scene, Relief().init, options, parts).mesh;
   EXPECT_EQ(rounds, 2);
   EXPECT_EQ(tried.vertices, alone.vertices);
 }

@@ -27,10 +27,10 @@ struct Spike {
   // Energy and its derivative by the height of the lifted vertex.
   double Evaluate(double* slope) {
     SmoothnessEnergy energy((SmoothnessOptions()));
-    energy.BeginRound(context);
-    std::vector<Eigen::Vector3d> vertices = mesh.vertices;
+    RoundParameters parameters{mesh.vertices};
+    std::vector<Eigen::Vector3d>& vertices = parameters.vertices;
     ceres::Problem problem;
-    energy.AddResiduals(&problem, &vertices);
+    energy.Freeze(context)->AddResiduals(&problem, &parameters);
     ceres::Problem::EvaluateOptions evaluate;
     evaluate.parameter_blocks = {vertices[kMiddle].data()};
     double value = 0;

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <functional>
+#include <memory>
 
 #include "core/refine/round.h"
 #include "core/support/parallel.h"
@@ -96,13 +97,13 @@ struct Scene {
     PhotometricOptions options;
     options.mask.band_px = band_px;
     options.mask.evidence = evidence;
-    PhotometricEnergy energy(options);
-    RoundContext round = context;
-    round.first_level = first_level;
-    energy.BeginLevel(views);
-    energy.BeginRound(round);
-    energy.Evaluate(mesh.vertices, false);
-    return energy.valid_windows();
+    PhotometricEnergy term(options);
+    RoundContext frozen = context;
+    frozen.first_level = first_level;
+    term.BeginLevel(views);
+    const std::unique_ptr<PhotometricRound> round = term.FreezeRound(frozen);
+    round->Evaluate(mesh.vertices, false);
+    return round->valid_windows();
   }
   TriangleMesh mesh;
   std::vector<LevelView> views;

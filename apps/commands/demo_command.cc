@@ -87,13 +87,13 @@ void DemoCommand::Run() {
   inputs.memory = CheckMemory(synthetic.scene, synthetic.init, options, HeldBytes(synthetic));
   progress.Line("refining");
   std::vector<RefinementEvent> events;
-  RefinementHooks hooks;
-  hooks.on_iteration = [&](const RefinementEvent& event) {
+  PipelineParts parts;
+  parts.observers.on_iteration = [&](const RefinementEvent& event) {
     events.push_back(event);
     progress.Update(event.done, "energy " + Format("%.6g", event.iteration.energy));
     return true;
   };
-  const PipelineResult result = RunPipeline(synthetic.scene, synthetic.init, options, hooks);
+  const PipelineResult result = RunPipeline(synthetic.scene, synthetic.init, options, parts);
   progress.End();
 
   WriteMesh(folder / "refined.ply", result.mesh, nullptr, result.quality);

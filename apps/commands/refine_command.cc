@@ -216,23 +216,25 @@ void RefineCommand::Run() {
     throw InputError("--resume: the camera pairs are not those that the run began with");
   }
   const std::optional<RefinementState> start = checkpoint.state;
-  RefinementHooks hooks;
-  hooks.on_iteration = [&](const RefinementEvent& event) {
+  PipelineParts parts;
+  parts.selection = &selection;
+  parts.start = start.has_value() ? &*start : nullptr;
+  parts.observers.on_iteration = [&](const RefinementEvent& event) {
     checkpoint.events.push_back(event);
     progress.Update(event.done, EventText(event));
     return signals.Caught() == 0;
   };
-  hooks.on_level = [&](const LevelSummary& level, const TriangleMesh& now) {
+  parts.observers.on_level = [&](const LevelSummary& level, const TriangleMesh& now) {
     if (level.undone) progress.Line(UndoneText(level));
     if (!level_meshes) return;
     WriteMesh(LevelPath(folder, level.level), now);
   };
-  hooks.on_state = [&](const RefinementState& state) {
+  parts.observers.on_state = [&](const RefinementState& state) {
     checkpoint.state = state;
     WriteCheckpoint(checkpoint_path, checkpoint);
   };
-  hooks.on_round = [&](const RoundContext& context, const TriangleMesh& now,
-                       const RoundSummary& round) {
+  parts.observers.on_round = [&](const RoundContext& context, const TriangleMesh& now,
+                                 const RoundSummary& round) {
     progress.Line(RoundText(context, now, round));
     if (debug_images && round.round == 0) {
       MakeFolder(folder / "debug");
@@ -243,8 +245,7 @@ void RefineCommand::Run() {
   };
   PipelineResult result;
   try {
-    result =
-        RunPipeline(scene, mesh, options, hooks, &selection, start.has_value() ? &*start : nullptr);
+    result = RunPipeline(scene, mesh, options, parts);
   } catch (const InputError&) {
     // Nothing to go on from: it would fail again.
     if (!checkpoint.state.has_value()) std::filesystem::remove(checkpoint_path);

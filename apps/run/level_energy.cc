@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <utility>
 
 #include "core/refine/frozen_round.h"
+#include "core/refine/normalized_world.h"
 #include "core/refine/round.h"
 #include "core/scene/pyramid.h"
 #include "core/solve/normal_equations.h"
@@ -58,12 +60,12 @@ struct LevelEnergy::Impl {
     SetThreadCount(options.threads);
     CheckLevel(scene, level, options.photo.window);
     CheckPairs(scene, pairs);
-    footprint = MedianFootprint(scene, world);
-    if (footprint <= 0) throw InputError("no vertex of the mesh projects into any of the views");
-    origin = BoundingBox(world).center();
-    mesh = world;
-    for (Eigen::Vector3d& vertex : mesh.vertices) vertex = (vertex - origin) / footprint;
-    views = MakeLevelViews(scene, level, origin, 1 / footprint);
+    normalized = NormalizedWorld::Of(scene, world);
+    if (normalized.footprint <= 0) {
+      throw InputError("no vertex of the mesh projects into any of the views");
+    }
+    mesh = normalized.FromWorld(world);
+    views = MakeLevelViews(scene, level, normalized.origin, 1 / normalized.footprint);
     const bool free = options.refinement.motion == "free";
     context = FreezeRound(views, pairs, mesh, free ? Motion::kFree : Motion::kNormal,
                           options.refinement.level.border_px, &domains);
@@ -72,21 +74,18 @@ struct LevelEnergy::Impl {
       for (const int64_t of_pair : domain.pair_pixels) pixels += of_pair;
     }
     if (pixels == 0) throw InputError("pairs: none of them sees a common part of the mesh");
-    const std::vector<EnergyTerm*> terms = {&photometric, &smoothness};
-    for (EnergyTerm* term : terms) {
-      term->BeginLevel(views);
-      term->BeginRound(context);
-    }
-    positions = mesh.vertices;
-    round = std::make_unique<RoundProblem>(terms, context, &positions);
+    photometric.BeginLevel(views);
+    terms.emplace(std::vector<EnergyTerm*>{&photometric, &smoothness}, context);
+    parameters.vertices = mesh.vertices;
+    round = std::make_unique<RoundProblem>(*terms, context, &parameters);
     round->task.pixel = std::ldexp(1.0, level);
-    equations =
-        std::make_unique<NormalEquations>(round->task.problem, &photometric, round->task.blocks);
+    equations = std::make_unique<NormalEquations>(
+        round->task.problem, round->task.evaluation_callback, round->task.blocks);
     equations->Save(&start);
     vertex_of_unknown.resize(equations->unknowns());
     for (const NormalEquations::MovingBlock& block : equations->moving_blocks()) {
       const auto vertex = static_cast<int>(reinterpret_cast<const Eigen::Vector3d*>(block.values) -
-                                           positions.data());
+                                           parameters.vertices.data());
       for (int k = 0; k < block.tangent_size; ++k) {
         vertex_of_unknown[block.first_unknown + k] = vertex;
       }
@@ -105,13 +104,13 @@ struct LevelEnergy::Impl {
   PipelineOptions options;
   PhotometricEnergy photometric;
   SmoothnessEnergy smoothness;
-  Eigen::Vector3d origin;
-  double footprint = 1;
-  TriangleMesh mesh;  // normalised world
+  NormalizedWorld normalized;
+  TriangleMesh mesh;  // in it
   std::vector<LevelView> views;
   std::vector<ViewDomain> domains;
   RoundContext context;
-  std::vector<Eigen::Vector3d> positions;
+  std::optional<TermRounds> terms;
+  RoundParameters parameters;
   std::unique_ptr<RoundProblem> round;
   std::unique_ptr<NormalEquations> equations;
   NormalEquations::State start;
@@ -126,7 +125,7 @@ LevelEnergy::LevelEnergy(const Scene& scene, const TriangleMesh& mesh,
 LevelEnergy::~LevelEnergy() = default;
 
 int LevelEnergy::unknowns() const { return impl_->equations->unknowns(); }
-double LevelEnergy::footprint() const { return impl_->footprint; }
+double LevelEnergy::footprint() const { return impl_->normalized.footprint; }
 const std::vector<int>& LevelEnergy::vertex_of_unknown() const { return impl_->vertex_of_unknown; }
 const std::vector<Eigen::Vector3d>& LevelEnergy::normals() const { return impl_->context.normals; }
 
@@ -157,9 +156,7 @@ nlohmann::json LevelEnergy::Terms(const Eigen::VectorXd& x) {
 std::vector<Eigen::Vector3d> LevelEnergy::VerticesAt(const Eigen::VectorXd& x) const {
   const std::lock_guard<std::mutex> lock(impl_->mutex);
   impl_->MoveTo(x);
-  std::vector<Eigen::Vector3d> vertices = impl_->positions;
-  for (Eigen::Vector3d& vertex : vertices) vertex = vertex * impl_->footprint + impl_->origin;
-  return vertices;
+  return impl_->normalized.ToWorld({impl_->parameters.vertices, {}}).vertices;
 }
 
 LevelEnergy::Solution LevelEnergy::Solve(const std::string& strategy) {
@@ -188,7 +185,7 @@ cv::Mat1i LevelEnergy::KeptTaps(int view) {
     throw InputError("there is no view " + std::to_string(view));
   }
   const ViewDomain& domain = impl_->domains[view];
-  const WindowMasks& masks = impl_->photometric.masks(view);
+  const WindowMasks& masks = impl_->photometric.RoundOf(*impl_->terms).masks(view);
   const int side = impl_->options.photo.window;
   cv::Mat1i taps(domain.height, domain.width, 0);
   for (const uint32_t p : domain.pixel) {

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <utility>
 
 #include "core/support/error.h"
@@ -83,33 +82,36 @@ std::vector<VertexScalar> QualityScalars(const RefinementEnd& reached,
 }  // namespace
 
 PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
-                           const PipelineOptions& options, const RefinementHooks& hooks,
-                           const PairSelection* selection, const RefinementState* start,
-                           const std::vector<EnergyTerm*>& more_terms) {
-  const PipelineOptions checked = options;  // a hook may change the caller's
+                           const PipelineOptions& options, const PipelineParts& parts) {
+  const PipelineOptions checked = options;  // an observer may change the caller's
   checked.Check();
   SetThreadCount(checked.threads);
 
   PipelineResult result;
   const Stopwatch watch;
-  result.selection = selection != nullptr ? *selection : SelectPairs(scene, mesh, checked.pairs);
+  result.selection =
+      parts.selection != nullptr ? *parts.selection : SelectPairs(scene, mesh, checked.pairs);
   result.selection_seconds = watch.Seconds();
-  PhotometricEnergy photometric(checked.photo);
+  const std::vector<CameraPair>& held_back = result.selection.held_back;
+  const bool judged = checked.refinement.guard.levels && parts.judge == nullptr;
+  PhotometricEnergy photometric(checked.photo, /*hold_back_squares=*/judged && held_back.empty());
   SmoothnessEnergy smoothness(checked.smooth);
-  RefinementHooks all_hooks = hooks;
-  std::optional<HeldBackJudge> judge;
-  if (checked.refinement.guard.levels) {
-    all_hooks.judge = &judge.emplace(result.selection.held_back, &photometric);
-  }
-  if (!hooks.solve_round) {
-    all_hooks.on_end = [&](const RefinementEnd& end) {
-      result.quality = QualityScalars(end, MeasureVertexQuality(*end.mesh, &photometric));
+  HeldBackJudge judge(held_back, &photometric);
+  RefinementParts refinement;
+  refinement.terms = {&photometric, &smoothness};
+  refinement.terms.insert(refinement.terms.end(), parts.more_terms.begin(), parts.more_terms.end());
+  refinement.judge = judged ? &judge : parts.judge;
+  refinement.solve_round = parts.solve_round;
+  RefinementObservers observers = parts.observers;
+  if (parts.measure_quality) {
+    observers.on_end = [&](const RefinementEnd& end) {
+      result.quality =
+          QualityScalars(end, MeasureVertexQuality(*end.mesh, &photometric.RoundOf(*end.terms)));
+      if (parts.observers.on_end) parts.observers.on_end(end);
     };
   }
-  std::vector<EnergyTerm*> terms = {&photometric, &smoothness};
-  terms.insert(terms.end(), more_terms.begin(), more_terms.end());
-  result.mesh = Refine(scene, mesh, result.selection.pairs, checked.refinement, terms, all_hooks,
-                       &result.refinement, start);
+  result.mesh = Refine(scene, mesh, result.selection.pairs, checked.refinement, refinement,
+                       observers, &result.refinement, parts.start);
   return result;
 }
 

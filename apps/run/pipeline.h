@@ -2,6 +2,7 @@
 // coarse-to-fine loop. The refine command, the demo and the tests call this one function.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -38,17 +39,24 @@ struct PipelineResult {
   TriangleMesh mesh;
   PairSelection selection;
   RefinementSummary refinement;
-  std::vector<VertexScalar> quality;  // of `mesh`, as docs/options.md names them
+  std::vector<VertexScalar>
+      quality;  // of `mesh`, as docs/options.md names them; empty if not asked for
   double selection_seconds = 0;
 };
 
-// Throws InputError for anything wrong with scene, mesh or options. `selection` may hold what
-// SelectPairs made of the same scene, mesh and options, or pairs chosen otherwise. `start`: see Refine().
-// `more_terms` are added to the energy.
+// What a caller may bring to a run. Nothing is owned.
+struct PipelineParts {
+  RefinementObservers observers;
+  const PairSelection* selection = nullptr;  // what SelectPairs made, or pairs chosen otherwise
+  const RefinementState* start = nullptr;    // to go on from: see Refine()
+  std::vector<EnergyTerm*> more_terms;       // added to the energy
+  LevelJudge* judge = nullptr;               // in place of the one that guard.levels asks for
+  std::function<RoundTrial(const FrozenRound&)> solve_round;  // see RefinementParts
+  bool measure_quality = true;                                // fill PipelineResult::quality
+};
+
+// Throws InputError for anything wrong with scene, mesh or options.
 PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
-                           const PipelineOptions& options, const RefinementHooks& hooks = {},
-                           const PairSelection* selection = nullptr,
-                           const RefinementState* start = nullptr,
-                           const std::vector<EnergyTerm*>& more_terms = {});
+                           const PipelineOptions& options, const PipelineParts& parts = {});
 
 }  // namespace burin

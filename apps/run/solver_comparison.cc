@@ -157,8 +157,9 @@ void RunFrozen(const Scene& scene, const TriangleMesh& mesh, const PipelineOptio
   const SolverOptions& solver = pipeline.refinement.solver;
   const LevelOptions& level = pipeline.refinement.level;
   std::vector<std::vector<ComparisonRow>> rows(comparison->strategies.size());
-  RefinementHooks hooks;
-  hooks.solve_round = [&](const FrozenRound& frozen) {
+  PipelineParts parts;
+  parts.measure_quality = false;
+  parts.solve_round = [&](const FrozenRound& frozen) {
     const Strategy* reference = FindStrategy(solver.type, frozen.unknowns, solver);
     const bool last = frozen.level == level.finest && frozen.round == level.rounds - 1;
     comparison->references.push_back(reference != nullptr ? reference->name : solver.type);
@@ -182,7 +183,7 @@ void RunFrozen(const Scene& scene, const TriangleMesh& mesh, const PipelineOptio
     }
     return have_next ? next : frozen.solve(solver.type, nullptr);
   };
-  comparison->selection = RunPipeline(scene, mesh, pipeline, hooks).selection;
+  comparison->selection = RunPipeline(scene, mesh, pipeline, parts).selection;
   for (std::vector<ComparisonRow>& of_strategy : rows) {
     comparison->rows.insert(comparison->rows.end(), of_strategy.begin(), of_strategy.end());
   }
@@ -195,8 +196,10 @@ void RunWhole(const Scene& scene, const TriangleMesh& mesh, const PipelineOption
   comparison->selection = SelectPairs(scene, mesh, pipeline.pairs);
   for (ComparedStrategy& strategy : comparison->strategies) {
     Used used;
-    RefinementHooks hooks;
-    hooks.solve_round = [&](const FrozenRound& frozen) {
+    PipelineParts parts;
+    parts.measure_quality = false;
+    parts.selection = &comparison->selection;
+    parts.solve_round = [&](const FrozenRound& frozen) {
       ComparedRound round = Solve(frozen, strategy.name, used, &gauge, &comparison->rows);
       say(TrialLine(round, strategy.name));
       used.evaluations += round.trial.evaluations;
@@ -208,8 +211,7 @@ void RunWhole(const Scene& scene, const TriangleMesh& mesh, const PipelineOption
       return trial;
     };
     try {
-      const PipelineResult result =
-          RunPipeline(scene, mesh, pipeline, hooks, &comparison->selection);
+      const PipelineResult result = RunPipeline(scene, mesh, pipeline, parts);
       Evaluate(result.mesh, truth, comparison->options.evaluation, &strategy);
     } catch (const InputError& error) {
       strategy.reason = std::string("refused: ") + error.what();

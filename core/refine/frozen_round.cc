@@ -17,9 +17,9 @@ constexpr int kCostGrain = 4096;
 // Hands one problem's evaluation callback on to every term that has one.
 class CallbackFanOut : public ceres::EvaluationCallback {
  public:
-  explicit CallbackFanOut(const std::vector<EnergyTerm*>& terms) {
-    for (EnergyTerm* term : terms) {
-      if (term->Callback() != nullptr) callbacks_.push_back(term->Callback());
+  explicit CallbackFanOut(const TermRounds& terms) {
+    for (const auto& [term, round] : terms) {
+      if (round->Callback() != nullptr) callbacks_.push_back(round->Callback());
     }
   }
   void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override {
@@ -32,16 +32,16 @@ class CallbackFanOut : public ceres::EvaluationCallback {
   std::vector<ceres::EvaluationCallback*> callbacks_;
 };
 
-int64_t EvaluationCount(const std::vector<EnergyTerm*>& terms) {
+int64_t EvaluationCount(const TermRounds& terms) {
   int64_t count = 0;
-  for (const EnergyTerm* term : terms) count += term->EvaluationCount();
+  for (const auto& [term, round] : terms) count += round->EvaluationCount();
   return count;
 }
 
 }  // namespace
 
-RoundProblem::RoundProblem(const std::vector<EnergyTerm*>& terms, const RoundContext& context,
-                           std::vector<Eigen::Vector3d>* vertices)
+RoundProblem::RoundProblem(const TermRounds& terms, const RoundContext& context,
+                           RoundParameters* parameters)
     : terms_(terms), callback_(std::make_unique<CallbackFanOut>(terms)) {
   ceres::Problem::Options problem_options;
   problem_options.evaluation_callback = callback_.get();
@@ -51,30 +51,31 @@ RoundProblem::RoundProblem(const std::vector<EnergyTerm*>& terms, const RoundCon
   problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   problem_ = std::make_unique<ceres::Problem>(problem_options);
   task.problem = problem_.get();
-  task.vertices = vertices;
+  task.vertices = &parameters->vertices;
   task.evaluation_callback = callback_.get();
   task.context = &context;
-  ParallelInvoke([&] { Build(vertices); },
+  ParallelInvoke([&] { Build(parameters); },
                  [&] {
-                   for (EnergyTerm* term : terms_) term->Freeze();
+                   for (const auto& [term, round] : terms_) round->FinishFreeze();
                  });
 }
 
-void RoundProblem::Build(std::vector<Eigen::Vector3d>* vertices) {
+void RoundProblem::Build(RoundParameters* parameters) {
   const RoundContext& context = *task.context;
   size_t known = 0;
   std::vector<ceres::ResidualBlockId> blocks;
-  for (EnergyTerm* term : terms_) {
-    term->AddResiduals(problem_.get(), vertices);
+  for (const auto& [term, round] : terms_) {
+    round->AddResiduals(problem_.get(), parameters);
     problem_->GetResidualBlocks(&blocks);
     task.term_blocks.emplace_back(
         term->Name(), std::vector<ceres::ResidualBlockId>(blocks.begin() + static_cast<long>(known),
                                                           blocks.end()));
     known = blocks.size();
   }
-  lines_.reserve(vertices->size());  // their addresses stay
-  for (size_t v = 0; v < vertices->size(); ++v) {
-    double* block = (*vertices)[v].data();
+  std::vector<Eigen::Vector3d>& vertices = parameters->vertices;
+  lines_.reserve(vertices.size());  // their addresses stay
+  for (size_t v = 0; v < vertices.size(); ++v) {
+    double* block = vertices[v].data();
     if (!problem_->HasParameterBlock(block)) continue;
     task.blocks.push_back(block);
     // core/refine/unseen_extension.h carries what was never seen along after the solve.
@@ -116,15 +117,14 @@ nlohmann::json RoundProblem::EnergyByTerm() const {
   return energies;
 }
 
-RoundTrial RoundProblem::Try(
-    const Strategy& strategy, const SolverOptions& options,
-    const std::vector<Eigen::Vector3d>& start,
-    const std::function<bool(const FrozenRound::Progress&)>& on_iteration) const {
+RoundTrial RoundProblem::Try(const Strategy& strategy, const SolverOptions& options,
+                             const std::vector<Eigen::Vector3d>& start,
+                             const FrozenRound::OnProgress& on_progress) const {
   std::vector<Eigen::Vector3d>& vertices = *task.vertices;
   RoundTrial trial;
   std::copy(start.begin(), start.end(), vertices.begin());  // the addresses are the problem's
   trial.energy_initial = EnergyByTerm();
-  for (EnergyTerm* term : terms_) term->Forget();
+  for (const auto& [term, round] : terms_) round->Forget();
   const int64_t evaluations_before = EvaluationCount(terms_);
   double paused_seconds = 0;
   Stopwatch watch;
@@ -136,12 +136,12 @@ RoundTrial RoundProblem::Try(
     progress.evaluations = evaluations;
     progress.vertices = &vertices;
     if (record.accepted) reported = vertices;
-    return on_iteration(progress);
+    return on_progress(progress);
   };
   SolveTask trial_task = task;
   trial_task.follow_vertices = true;
   trial_task.on_iteration = [&](const IterationRecord& record) {
-    if (!on_iteration) return true;
+    if (!on_progress) return true;
     const double now = watch.Seconds();
     IterationRecord copy = record;
     if (record.iteration == 0) copy.accepted = true;  // no step yet; strategies differ in the flag
@@ -156,7 +156,7 @@ RoundTrial RoundProblem::Try(
   trial.evaluations = EvaluationCount(terms_) - evaluations_before;
   if (!trial.solve.usable) std::copy(start.begin(), start.end(), vertices.begin());
   trial.energy_final = EnergyByTerm();
-  if (on_iteration && vertices != reported) {
+  if (on_progress && vertices != reported) {
     IterationRecord record;
     record.iteration = trial.solve.iterations;
     record.energy = trial.energy_final["total"];

@@ -26,7 +26,7 @@ struct RoundTrial {
   nlohmann::json energy_initial;          // by term
   nlohmann::json energy_final;
   int64_t evaluations = 0;  // by the strategy, that of the start included
-  double seconds = 0;       // of the strategy, without the time spent in `on_iteration`
+  double seconds = 0;       // of the strategy, without the time spent in `on_progress`
 };
 
 // A round that is ready to be solved: mesh, visibility, masks and pairs are frozen. It can be
@@ -46,22 +46,21 @@ struct FrozenRound {
     int64_t evaluations = 0;                                 // so far, that of the start included
     const std::vector<Eigen::Vector3d>* vertices = nullptr;  // accepted so far, normalised world
   };
-  // Solves the round with the strategy of that name ("auto" included). `on_iteration` may be empty;
+  using OnProgress = std::function<bool(const Progress&)>;
+  // Solves the round with the strategy of that name ("auto" included). `on_progress` may be empty;
   // false stops the trial. Its first call is for the start, its last with an accepted point for what
   // the trial returns: where that is not the strategy's last iteration (Ceres' line searches end
   // without reporting theirs, gradient_descent returns its best), there is one more call for it.
   // Throws InputError when the strategy is unknown or refuses the problem.
-  std::function<RoundTrial(const std::string& strategy,
-                           const std::function<bool(const Progress&)>& on_iteration)>
-      solve;
+  std::function<RoundTrial(const std::string& strategy, const OnProgress& on_progress)> solve;
 };
 
-// The problem of a round: every term's residuals, vertices on their lines where they move along
-// normals. The terms' Freeze() runs while it is built. The terms, `context` and `vertices` must outlive it.
+// The problem of a round: every term's residuals, vertices on their lines where they move along normals.
+// What the terms have left to freeze is made while Ceres builds its tree. `terms`, `context` and
+// `parameters` must outlive it.
 class RoundProblem {
  public:
-  RoundProblem(const std::vector<EnergyTerm*>& terms, const RoundContext& context,
-               std::vector<Eigen::Vector3d>* vertices);
+  RoundProblem(const TermRounds& terms, const RoundContext& context, RoundParameters* parameters);
   ~RoundProblem();
   RoundProblem(const RoundProblem&) = delete;
   RoundProblem& operator=(const RoundProblem&) = delete;
@@ -73,14 +72,14 @@ class RoundProblem {
   // `start` again. Energies before and after are outside clock and count. See FrozenRound::solve.
   RoundTrial Try(const Strategy& strategy, const SolverOptions& options,
                  const std::vector<Eigen::Vector3d>& start,
-                 const std::function<bool(const FrozenRound::Progress&)>& on_iteration) const;
+                 const FrozenRound::OnProgress& on_progress) const;
 
   SolveTask task;
 
  private:
-  std::vector<EnergyTerm*> terms_;
-  void Build(std::vector<Eigen::Vector3d>* vertices);
+  void Build(RoundParameters* parameters);
 
+  const TermRounds& terms_;
   std::unique_ptr<ceres::EvaluationCallback> callback_;
   std::vector<LineAlongNormal> lines_;
   std::unique_ptr<ceres::Problem> problem_;

@@ -22,10 +22,11 @@ class LevelJudge {
   // Pairs that no round solves with; a level's first and last round have their regions in
   // RoundContext::held_back.
   virtual const std::vector<CameraPair>& HeldBackPairs() const = 0;
-  // A level begins with the mesh of `first`, its first round; the terms have begun that round.
-  virtual void BeginLevel(const RoundContext& first) = 0;
-  // The level has come from that mesh to `after`; the terms are still in `last`, its last round.
-  virtual LevelVerdict EndLevel(const RoundContext& last, const TriangleMesh& after) = 0;
+  // A level begins with the mesh of `first`, its first round.
+  virtual void BeginLevel(const RoundContext& first, const TermRounds& terms) = 0;
+  // The level has come from that mesh to `after`, with `last`, its last round.
+  virtual LevelVerdict EndLevel(const RoundContext& last, const TermRounds& terms,
+                                const TriangleMesh& after) = 0;
 };
 
 }  // namespace burin

@@ -1,7 +1,7 @@
-// What a term of the energy is to the coarse-to-fine loop: something that freezes its discrete
-// choices at the start of a round and then adds residual blocks to the round's one ceres::Problem.
-// The photometric and smoothness terms are in costs/; a new term derives from EnergyTerm and is
-// handed to Refine() beside them.
+// A term of the energy. It lives as long as a refinement; Freeze() makes from it what it is in one round:
+// a TermRound, which holds the discrete choices of the round and puts its energy into the round's one
+// ceres::Problem. The photometric and smoothness terms are in costs/; a new term derives from EnergyTerm,
+// its round from TermRound, and is handed to Refine() beside them.
 #pragma once
 
 #include <ceres/evaluation_callback.h>
@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -41,6 +42,45 @@ struct RoundContext {
   bool first_level = false;  // of the run: the coarsest
 };
 
+// What a round solves for: the parameter blocks of its problem, by kind. Their addresses stay during the
+// round. A new kind of unknown is a new field, with its manifolds set in core/refine/frozen_round.cc.
+struct RoundParameters {
+  std::vector<Eigen::Vector3d> vertices;  // normalised world; a block of size 3 each
+};
+
+// A term in one round. Whatever it refers to (the term, the context, the parameters) outlives it.
+class TermRound {
+ public:
+  TermRound() = default;
+  virtual ~TermRound() = default;
+  TermRound(const TermRound&) = delete;
+  TermRound& operator=(const TermRound&) = delete;
+
+  // Adds the term's residual blocks; blocks of any kind of parameter. Called at most once. The cost
+  // functions are of this call alone, made by `new`; the problem or its owner deletes them. A term that
+  // knows cost, gradient and curvature of a patch makes a residual block of them as
+  // costs/patch_cost.h does.
+  virtual void AddResiduals(ceres::Problem* problem, RoundParameters* parameters) = 0;
+
+  // Makes what evaluations need and residual blocks need not wait for; perhaps called at the same time
+  // as AddResiduals. What a round asks for before it was called, it makes itself.
+  virtual void FinishFreeze() {}
+
+  // Called before the term's residuals are evaluated at new positions, possibly twice at the same; null
+  // when not needed.
+  virtual ceres::EvaluationCallback* Callback() { return nullptr; }
+
+  // How often the term's data were evaluated; 0 for terms without a callback.
+  virtual int64_t EvaluationCount() const { return 0; }
+
+  // Drops what is remembered of the last evaluated positions, so that the next evaluation is a real
+  // one wherever it is. For timing solvers from the same start.
+  virtual void Forget() {}
+
+  // Figures for summary.json.
+  virtual nlohmann::json Report() const { return nlohmann::json::object(); }
+};
+
 class EnergyTerm {
  public:
   virtual ~EnergyTerm() = default;
@@ -49,30 +89,27 @@ class EnergyTerm {
   // The images of a level are ready; they stay the same until the next call.
   virtual void BeginLevel(const std::vector<LevelView>& views) { (void)views; }
 
-  // Freezes the term for a round. `context` outlives the round.
-  virtual void BeginRound(const RoundContext& context) = 0;
+  // The term in the round that `context` freezes.
+  virtual std::unique_ptr<TermRound> Freeze(const RoundContext& context) = 0;
+};
 
-  // What of a round's preparations the residual blocks need not wait for. Called after BeginRound,
-  // perhaps at the same time as AddResiduals.
-  virtual void Freeze() {}
+// The terms of a refinement in one round, in the order of the terms.
+class TermRounds {
+ public:
+  TermRounds(const std::vector<EnergyTerm*>& terms, const RoundContext& context);
 
-  // Adds residual blocks on vertex positions; the parameter block of vertex v is
-  // (*vertices)[v].data(), of size 3. Called once per round, after BeginRound. The cost functions
-  // are of this call alone, made by `new`; the problem or its owner deletes them.
-  virtual void AddResiduals(ceres::Problem* problem, std::vector<Eigen::Vector3d>* vertices) = 0;
+  struct Entry {
+    const EnergyTerm* term;
+    std::unique_ptr<TermRound> round;
+  };
+  std::vector<Entry>::const_iterator begin() const { return entries_.begin(); }
+  std::vector<Entry>::const_iterator end() const { return entries_.end(); }
 
-  // Called before the term's residuals are evaluated at new positions; null when not needed.
-  virtual ceres::EvaluationCallback* Callback() { return nullptr; }
+  // The round of one of the terms. CHECKs that it is one of them.
+  TermRound& Of(const EnergyTerm* term) const;
 
-  // How often the term's data were evaluated since BeginRound; 0 for terms without a callback.
-  virtual int64_t EvaluationCount() const { return 0; }
-
-  // Drops what is remembered of the last evaluated positions, so that the next evaluation is a real
-  // one wherever it is. For timing solvers from the same start.
-  virtual void Forget() {}
-
-  // Figures for summary.json: of the round just solved.
-  virtual nlohmann::json RoundReport() const { return nlohmann::json::object(); }
+ private:
+  std::vector<Entry> entries_;
 };
 
 }  // namespace burin

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 #include <exception>
+#include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -28,31 +30,41 @@ struct ToPlane {
   double plane;
 };
 
+// The term in one round. What is frozen: the mean height, so that the term flattens.
+class PlaneRound : public burin::TermRound {
+ public:
+  PlaneRound(double weight, const burin::RoundContext& context)
+      : weight_(weight), context_(context) {
+    for (const Eigen::Vector3d& vertex : context.mesh->vertices) plane_ += vertex.z();
+    plane_ /= static_cast<double>(context.mesh->vertices.size());
+  }
+  void AddResiduals(ceres::Problem* problem, burin::RoundParameters* parameters) override {
+    std::vector<Eigen::Vector3d>& vertices = parameters->vertices;
+    for (size_t v = 0; v < vertices.size(); ++v) {
+      if (context_.supported[v] == 0) continue;
+      problem->AddResidualBlock(
+          new ceres::AutoDiffCostFunction<ToPlane, 1, 3>(new ToPlane(weight_, plane_)), nullptr,
+          vertices[v].data());
+    }
+  }
+  nlohmann::json Report() const override { return {{"plane", plane_}}; }
+
+ private:
+  const double weight_;
+  const burin::RoundContext& context_;
+  double plane_ = 0;
+};
+
 class PlaneTerm : public burin::EnergyTerm {
  public:
   explicit PlaneTerm(double weight) : weight_(weight) {}
   std::string Name() const override { return "plane"; }
-  // What is frozen for a round: here the mean height, so that the term flattens.
-  void BeginRound(const burin::RoundContext& context) override {
-    context_ = &context;
-    double sum = 0;
-    for (const Eigen::Vector3d& vertex : context.mesh->vertices) sum += vertex.z();
-    plane_ = sum / static_cast<double>(context.mesh->vertices.size());
+  std::unique_ptr<burin::TermRound> Freeze(const burin::RoundContext& context) override {
+    return std::make_unique<PlaneRound>(weight_, context);
   }
-  void AddResiduals(ceres::Problem* problem, std::vector<Eigen::Vector3d>* vertices) override {
-    for (size_t v = 0; v < vertices->size(); ++v) {
-      if (context_->supported[v] == 0) continue;
-      problem->AddResidualBlock(
-          new ceres::AutoDiffCostFunction<ToPlane, 1, 3>(new ToPlane(weight_, plane_)), nullptr,
-          (*vertices)[v].data());
-    }
-  }
-  nlohmann::json RoundReport() const override { return {{"plane", plane_}}; }
 
  private:
-  double weight_;
-  double plane_ = 0;
-  const burin::RoundContext* context_ = nullptr;
+  const double weight_;
 };
 
 // A choice of pairs: every view with the one whose centre is nearest, both ways.
@@ -129,8 +141,10 @@ void Run(const char* scene_path, const char* mesh_path, const char* output) {
   burin::PairSelection selection;
   selection.pairs = NearestPairs(scene);
   PlaneTerm plane(1e-3);
-  const burin::PipelineResult result =
-      burin::RunPipeline(scene, mesh, options, {}, &selection, nullptr, {&plane});
+  burin::PipelineParts parts;
+  parts.selection = &selection;
+  parts.more_terms = {&plane};
+  const burin::PipelineResult result = burin::RunPipeline(scene, mesh, options, parts);
   burin::WriteMesh(output, result.mesh);
   for (const burin::LevelSummary& level : result.refinement.levels) {
     const burin::RoundSummary& round = level.rounds.back();

@@ -1,0 +1,84 @@
+// One level of a refinement. A state goes in: the level makes its views, cuts the mesh to their pixels,
+// runs its rounds and asks the judge; the state that comes out holds the mesh it ended with, or that it
+// began with where the judge found it worse.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/mesh/mesh.h"
+#include "core/refine/normalized_world.h"
+#include "core/refine/refinement_options.h"
+#include "core/refine/refinement_parts.h"
+#include "core/refine/refinement_progress.h"
+#include "core/refine/refinement_state.h"
+#include "core/scene/pairs.h"
+#include "core/scene/pyramid.h"
+#include "core/scene/scene.h"
+#include "core/solve/energy_term.h"
+
+namespace burin {
+
+// What is the same on all levels. All of it outlives them.
+struct RefinementTask {
+  const Scene& scene;
+  const std::vector<CameraPair>& pairs;
+  const RefinementOptions& options;
+  const RefinementParts& parts;
+  const RefinementObservers& observers;
+  NormalizedWorld world;
+  int first_level = 0;  // the coarsest
+};
+
+class Level {
+ public:
+  // Makes the views of level `level` and tells the terms.
+  Level(const RefinementTask& task, int level);
+
+  // Runs the rounds that `state`, which is on this level, has before it and judges the level. Ends early
+  // when an observer stops the run (progress->stopped()).
+  void Run(RefinementState* state, RefinementProgress* progress);
+
+  // The mesh of `state` with a frozen round, to the observer; `state` is what Run() left, or one that
+  // ended on this level.
+  void ShowEnd(RefinementState* state);
+
+ private:
+  // A round's context with what it refers to; the terms in it where they have been frozen.
+  struct Frozen {
+    RoundContext context;
+    std::vector<ViewDomain> domains;
+    std::vector<ViewPartners> held_back;
+    std::optional<TermRounds> terms;
+  };
+
+  void CutMesh(RefinementState* state);
+  // Of mesh_ as it is now; the terms are still to be frozen.
+  std::unique_ptr<Frozen> Freeze(bool hold_back) const;
+  void FreezeTerms(Frozen* frozen) const {
+    frozen->terms.emplace(task_.parts.terms, frozen->context);
+  }
+  // For a run that goes on within a level.
+  void ShowJudgeTheStart(const RefinementState& state);
+  void RunRound(RefinementState* state, RefinementProgress* progress);
+  // Minimises the terms on the frozen round from mesh_ on; the new positions.
+  std::vector<Eigen::Vector3d> Solve(const RefinementState& state, RefinementProgress* progress,
+                                     RoundSummary* summary);
+  RoundTrial SolveByPart(const RefinementState& state, RefinementProgress* progress,
+                         RoundProblem* problem);
+  // Tells the observer; false when the run is to stop.
+  bool Report(const IterationRecord& record, int round, RefinementProgress* progress) const;
+  // Lets the judge look at the level, and undoes it when it says so.
+  void Judge(RefinementState* state);
+
+  const RefinementTask& task_;
+  const int level_;
+  SolverOptions solver_;
+  double image_seconds_ = 0;
+  std::vector<LevelView> views_;
+  TriangleMesh mesh_;               // the state's, in the order of its `order`
+  std::unique_ptr<Frozen> frozen_;  // a round that was solved and that mesh_ came from; else null
+};
+
+}  // namespace burin

@@ -1,0 +1,41 @@
+#include "core/refine/normalized_world.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace burin {
+
+NormalizedWorld NormalizedWorld::Of(const Scene& scene, const TriangleMesh& mesh) {
+  return {BoundingBox(mesh).center(), MedianFootprint(scene, mesh)};
+}
+
+TriangleMesh NormalizedWorld::FromWorld(TriangleMesh mesh) const {
+  for (Eigen::Vector3d& vertex : mesh.vertices) vertex = (vertex - origin) / footprint;
+  return mesh;
+}
+
+TriangleMesh NormalizedWorld::ToWorld(TriangleMesh mesh) const {
+  for (Eigen::Vector3d& vertex : mesh.vertices) vertex = vertex * footprint + origin;
+  return mesh;
+}
+
+double MedianFootprint(const Scene& scene, const TriangleMesh& mesh) {
+  std::vector<double> footprints;
+  for (const Eigen::Vector3d& vertex : mesh.vertices) {
+    double smallest = 0;
+    for (const View& view : scene.views) {
+      if (view.camera.Depth(vertex) <= 0 || !view.camera.Contains(view.camera.Project(vertex))) {
+        continue;
+      }
+      const double footprint = view.camera.Footprint(vertex);
+      if (smallest == 0 || footprint < smallest) smallest = footprint;
+    }
+    if (smallest > 0) footprints.push_back(smallest);
+  }
+  if (footprints.empty()) return 0;
+  std::nth_element(footprints.begin(),
+                   footprints.begin() + static_cast<long>(footprints.size() / 2), footprints.end());
+  return footprints[footprints.size() / 2];
+}
+
+}  // namespace burin

@@ -1,0 +1,54 @@
+#include "core/refine/refinement_options.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace burin {
+
+int LevelOptions::Coarsest(const Scene& scene) const {
+  int smallest = scene.views[0].camera.width;
+  for (const View& view : scene.views) {
+    smallest = std::min({smallest, view.camera.width, view.camera.height});
+  }
+  int level = finest + count - 1;
+  while (level > finest && std::ldexp(smallest, -level) < min_side_px) --level;
+  return level;
+}
+
+void LevelOptions::Describe(OptionSet* set) {
+  set->Add("level.count", &count, "Levels of the image pyramid, each half the size of the next", 1,
+           12);
+  set->Add("level.min_side_px", &min_side_px,
+           "Coarser levels whose images have a smaller side than this are left out", 1, 1000000);
+  set->Add("level.finest", &finest, "Finest level used: 0 = full resolution, 1 = half, ...", 0, 11);
+  set->Add("level.rounds", &rounds,
+           "Rounds of freezing visibility and solving, on the finest level", 1, 1000);
+  set->Add("level.extra_rounds", &extra_rounds,
+           "Rounds more on every level than on the next finer one", 0, 1000);
+  set->Add("level.coarse_tolerance", &coarse_tolerance,
+           "solver.function_tolerance on every coarser level", 0, 1);
+  set->Add("level.max_facet_px", &max_facet_px,
+           "Facets are split to this area in their sharpest view, square pixels of the level", 0.5,
+           1e9);
+  set->Add("level.max_edge_px", &max_edge_px,
+           "Facets with a longer edge are split too, pixel footprints of the level: those seen "
+           "obliquely, as on depth steps; 0 = any length",
+           0, 1e9);
+  set->Add("level.border_px", &border_px,
+           "Surface points projecting nearer to the second image's border are left out, pixels", 0,
+           1000);
+}
+
+void RefinementOptions::Describe(OptionSet* set) {
+  level.Describe(set);
+  solver.Describe(set);
+  guard.Describe(set);
+  set->Add("motion.type", &motion, "How vertices move: along their normal of the round, or freely",
+           {"normal", "free"});
+  set->Add("motion.hidden", &hidden,
+           "Vertices that a pair saw in an earlier round and none sees now: drawn together after "
+           "each round, or keep their shape as those never seen do",
+           {"relax", "keep"});
+}
+
+}  // namespace burin

@@ -1,0 +1,39 @@
+// The options of the coarse-to-fine loop (core/refine/refinement.h).
+#pragma once
+
+#include <string>
+
+#include "core/refine/local_guard.h"
+#include "core/scene/scene.h"
+#include "core/solve/solver_strategy.h"
+#include "core/support/options.h"
+
+namespace burin {
+
+struct LevelOptions {
+  int count = 5;                   // images at 2^-(count-1), ..., 1/2, 1 of their size
+  int min_side_px = 64;            // coarser levels with smaller images than this are not used
+  int finest = 0;                  // 0 = full resolution, 1 = half, ...
+  int rounds = 2;                  // on the finest level
+  int extra_rounds = 2;            // more on every level than on the next finer one
+  double coarse_tolerance = 1e-4;  // solver.function_tolerance on the others
+  double max_facet_px = 16;        // facets are split down to this area, square pixels of the level
+  double max_edge_px = 12;         // and edges to this length, pixel footprints of the level
+  double border_px = 3;            // second-view points nearer to the border are left out
+  void Describe(OptionSet* set);
+
+  int RoundsAt(int level) const { return rounds + (level - finest) * extra_rounds; }
+  // The coarsest of the levels asked for whose images all have min_side_px, or else the finest.
+  int Coarsest(const Scene& scene) const;
+};
+
+struct RefinementOptions {
+  LevelOptions level;
+  SolverOptions solver;
+  GuardOptions guard;
+  std::string motion = "normal";
+  std::string hidden = "relax";  // or keep: what was seen in an earlier round and no longer is
+  void Describe(OptionSet* set);
+};
+
+}  // namespace burin

@@ -1,0 +1,108 @@
+#include "costs/frozen_windows.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/support/parallel.h"
+#include "core/support/stopwatch.h"
+#include "costs/step_band.h"
+
+namespace burin {
+namespace {
+
+constexpr int kTileColumns = 512;
+constexpr int kTileRows = 96;
+
+std::vector<ViewTile> CutTiles(const ViewDomain& domain, const PartnerBits& pixels) {
+  std::vector<ViewTile> tiles;
+  for (int y0 = 0; y0 < domain.height; y0 += kTileRows) {
+    for (int x0 = 0; x0 < domain.width; x0 += kTileColumns) {
+      ViewTile entry;
+      entry.tile = {x0, y0, std::min(domain.width, x0 + kTileColumns),
+                    std::min(domain.height, y0 + kTileRows)};
+      for (size_t group = 0; group < pixels.size(); ++group) {
+        unsigned int any = 0;
+        for (int y = y0; y < entry.tile.y1; ++y) {
+          const uint8_t* row = pixels[group].data() + static_cast<size_t>(y) * domain.width;
+          for (int x = x0; x < entry.tile.x1; ++x) any |= row[x];
+        }
+        for (int bit = 0; bit < 8; ++bit) {
+          if ((any >> bit) & 1U) entry.partners.push_back(static_cast<int>(8 * group) + bit);
+        }
+      }
+      if (!entry.partners.empty()) tiles.push_back(std::move(entry));
+    }
+  }
+  return tiles;
+}
+
+void HoldBackSquares(const std::vector<ViewDomain>& domains, FrozenWindows* windows) {
+  PairSample& used = windows->used;
+  if (used.pixels.empty()) {
+    for (const ViewDomain& domain : domains) used.pixels.push_back(domain.second_visible);
+  }
+  for (size_t i = 0; i < domains.size(); ++i) {
+    const auto width = static_cast<uint32_t>(domains[i].width);
+    for (std::vector<uint8_t>& plane : used.pixels[i]) {
+      for (uint32_t p = 0; p < plane.size(); ++p) {
+        if (InHeldBackSquare(p % width, p / width)) plane[p] = 0;
+      }
+    }
+  }
+}
+
+void Cut(const std::vector<ViewDomain>& domains, PairSample* sample) {
+  const auto count = static_cast<int>(sample->partners.size());
+  sample->tiles.resize(count);
+  ParallelFor(count, 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) sample->tiles[i] = CutTiles(domains[i], sample->Pixels(i));
+  });
+}
+
+}  // namespace
+
+FrozenWindows FreezeWindows(const RoundContext& context, const PhotometricOptions& options,
+                            bool hold_squares) {
+  const Stopwatch watch;
+  const std::vector<ViewDomain>& domains = *context.domains;
+  const MaskMode mode = MaskModeNamed(options.mask.mode);
+  const int min_taps =
+      static_cast<int>(std::ceil(options.min_valid_share * options.window * options.window));
+  FrozenWindows windows;
+  windows.used.partners = PartnersOf(domains);
+  if (context.held_back != nullptr) {
+    windows.held_back.partners =
+        hold_squares ? windows.used.partners : PartnersOf(*context.held_back);
+  }
+  windows.masks.assign(domains.size(), WindowMasks());
+  const bool band = mode == MaskMode::kPlane && options.mask.band_px > 0 && !context.first_level;
+  std::vector<std::vector<uint8_t>> near_steps(domains.size());
+  std::vector<Camera> cameras;
+  for (size_t i = 0; i < domains.size(); ++i) {
+    const ViewDomain& domain = domains[i];
+    cameras.push_back((*context.views)[i].camera);
+    windows.reference_pixels += static_cast<int64_t>(domain.pixel.size());
+    if (domain.pixel.empty() || mode == MaskMode::kNone) continue;
+    const DepthPlanes planes = MakeDepthPlanes(domain, *context.mesh, cameras[i]);
+    windows.masks[i] =
+        MakeWindowMasks(planes, options.window / 2, mode, options.mask.plane_px, min_taps);
+    if (!band) continue;
+    near_steps[i] = NearSteps(planes, OpenBorderPixels(domain, *context.mesh, context.boundary),
+                              options.mask.plane_px, options.mask.band_px);
+  }
+  if (band) {
+    for (PairSample* sample : {&windows.used, &windows.held_back}) {
+      if (sample->partners.empty()) continue;
+      sample->pixels = WithoutSteps(domains, sample->partners, cameras, *context.mesh, near_steps,
+                                    options.mask.evidence);
+    }
+  }
+  if (hold_squares) HoldBackSquares(domains, &windows);
+  Cut(domains, &windows.used);
+  Cut(domains, &windows.held_back);
+  windows.mask_seconds = watch.Seconds();
+  return windows;
+}
+
+}  // namespace burin
