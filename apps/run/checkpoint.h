@@ -1,5 +1,5 @@
-// checkpoint.cbor in a run's output folder: what `burin refine --resume` goes on from. It is there
-// from before the first round until the run is complete, and always whole.
+// checkpoint.cbor in a run's output folder: `burin refine --resume` goes on from it. The file is there
+// from before the first round until the run is complete, and it is always whole.
 #pragma once
 
 #include <filesystem>
