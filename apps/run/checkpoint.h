@@ -35,7 +35,7 @@ std::filesystem::path CheckpointPath(const std::filesystem::path& output_folder)
 
 void WriteCheckpoint(const std::filesystem::path& path, const Checkpoint& checkpoint);
 
-// Throws InputError when there is none or it is not one.
+// Throws InputError when the file is missing or is not a checkpoint.
 Checkpoint ReadCheckpoint(const std::filesystem::path& path);
 
 }  // namespace burin

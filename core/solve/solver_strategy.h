@@ -1,5 +1,5 @@
 // The minimisers burin can use on a round's ceres::Problem, by name. They all see the same problem;
-// adding one is a file core/strategy_NAME.cc and a row of core/solve/strategies.inc.
+// adding one is a file core/solve/strategy_NAME.cc and a row of core/solve/strategies.inc.
 #pragma once
 
 #include <ceres/evaluation_callback.h>
