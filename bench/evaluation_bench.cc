@@ -1,8 +1,8 @@
-// Throughput of one evaluation of the photometric energy, in valid windows (pixels times pairs) a
+// Throughput of one evaluation of the photometric energy, in valid windows (pixels times pairs) per
 // second.
 //
-// The scene is the folder in BURIN_BENCH_SCENE (a COLMAP workspace with init.ply), else the
-// embedded relief. The mesh is the initial one split to the pixels of level 0. Arguments:
+// The scene is the folder that BURIN_BENCH_SCENE names (a COLMAP workspace with init.ply), else the
+// embedded relief. The mesh is the initial one, split to the pixels of level 0. Arguments:
 // derivatives (0, 1), threads and occlusion masks (0 = none, 1 = the default mode).
 #include <benchmark/benchmark.h>
 

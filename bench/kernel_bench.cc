@@ -1,8 +1,8 @@
-// Each kernel of an evaluation by itself, on made data that fits the caches as a tile does in a run:
-// what bounds an evaluation, without memory, threads or visibility in the way.
+// Each kernel of an evaluation by itself, on artificial data that fits the caches as a tile does in a run.
+// It shows what bounds an evaluation, without memory, threads or visibility in the way.
 //
-// pixels_per_s counts the pixels of the tile (all of them in Omega_ij), windows of masked windows,
-// facets of pencils.
+// pixels_per_s counts the pixels of the tile, all of them in Omega_ij; facets_per_s counts the facets of
+// the pencils.
 #include <benchmark/benchmark.h>
 
 #include <cmath>

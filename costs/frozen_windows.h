@@ -1,5 +1,5 @@
-// What the photometric energy holds constant during a round besides visibility: occlusion masks, the
-// pixels left out beside depth steps, the pixels held back, and the tiles that pairs are worked on in.
+// What the photometric energy holds constant during a round, besides visibility: occlusion masks, the
+// pixels left out beside depth steps, the pixels held back, and the tiles in which pairs are worked on.
 #pragma once
 
 #include <cstdint>

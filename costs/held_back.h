@@ -1,14 +1,15 @@
-// Whether a level of the refinement improved the mesh, judged by data it did not see: camera pairs
-// that were not used, or else small squares of the images that were left out.
+// Judges whether a level of the refinement improved the mesh. It uses data that the level did not see:
+// camera pairs that were not used or, where there are none, small squares left out of the images.
 //
-// Both meshes have the same facets. On the windows that fall into a facet, of the visibility frozen
-// in the level's first round for the mesh before and in its last round for the mesh after,
+// The mesh before and the mesh after the level have the same facets. The score of a facet is
 //
 //   e(mesh) = sum omega (1 - z) / sum omega
 //
-// so that both are scored on the same piece of surface; facets that one of them leaves without
-// windows do not count. The change is the mean of e(after) - e(before) over facets, weighted by the
-// smaller sum of omega; its standard error comes from the spread over 64 batches of neighbouring facets.
+// over the windows that fall into it. Which windows do is frozen in a round: the level's first for the
+// mesh before, its last for the mesh after. So both are scored on the same piece of surface. Facets that
+// one of them leaves without windows do not count. The change is the mean of e(after) - e(before) over
+// facets, weighted by the smaller sum of omega. Its standard error comes from the spread over 64 batches
+// of neighbouring facets.
 #pragma once
 
 #include <utility>
@@ -24,9 +25,9 @@ struct HeldBackVerdict {
   double after = 0;
   double standard_error = 0;  // of after - before
   double windows = 0;         // sum of the weights
-  int batches = 0;            // with windows, of which the standard error is
-  // By more than two standard errors: pairs that do not correlate on either mesh say nothing. Nor does
-  // what lies in a few batches, whose spread is no measure.
+  int batches = 0;            // those with windows; the standard error is taken over them
+  // The loss must exceed two standard errors: pairs that correlate on neither mesh say nothing. Few
+  // batches say nothing either, because their spread cannot be measured.
   bool Worse() const { return batches >= 8 && after - before > 2 * standard_error; }
 };
 

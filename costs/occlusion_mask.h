@@ -1,27 +1,27 @@
 // Which taps of a correlation window show the same surface as its centre (the paper's section
-// "Occlusion Aware Masking"): where a window lies across a depth step, the taps beyond the step move
+// "Occlusion Aware Masking"). Where a window lies across a depth step, the taps beyond the step move
 // differently under the warp and say nothing about the centre.
 //
-// A mask is per window, made from the reference view's depths only and frozen for a round. Whatever
-// the mode, a tap whose surface point the second view does not see (occluded, outside its image) or
-// that has no surface is never used: Omega_ij sees to that. With delta = distance from the camera to
-// the surface point of a tap, dd = delta - delta(centre):
+// Each window has a mask. It is made from the reference view's depths only, and frozen for a round. In
+// every mode, a tap is not used when it has no surface, or when the second view does not see its surface
+// point (occluded, outside the image): Omega_ij sees to that. With delta the distance from the camera to
+// the surface point of a tap, and dd = delta - delta(centre):
 //
 //   none          every tap is valid
 //   paper_strict  as printed. Taps without surface count as infinitely far. M = max dd; DD_min are
 //                 the taps with dd closer to 0 than to M; sigma = dd of the tap of DD_min farthest
 //                 from the centre in the image (ties: the first in row-major order; the centre if
 //                 DD_min is empty). Valid: |dd - sigma| < 10 |dd - M|.
-//   paper         the same with |dd| for dd, over the taps that have a surface; a window whose
-//                 depths are what the plane of the centre's facet predicts (see `plane`) keeps all.
+//   paper         the same with |dd| for dd, over the taps that have a surface. A window keeps all
+//                 taps when the plane of the centre's facet predicts their depths (see `plane`).
 //   plane         valid: the depth differs from the plane of the centre's facet by less than
 //                 plane_px pixel footprints at the centre (footprint = depth / focal length).
 //                 From a run's second level on it also leaves out pixels beside a step
 //                 (costs/step_band.h), which knows both views.
 //
-// What the print does instead, by its own arithmetic (tests/occlusion_mask_test.cc): at constant
-// depth M = sigma = 0 and 0 < 0 leaves no tap; from a background centre a nearer occluder is kept
-// and the background dropped, because M = 0.
+// What the printed rule really does (tests/occlusion_mask_test.cc): at constant depth M = sigma = 0, and
+// 0 < 0 leaves no tap. From a centre in the background it keeps a nearer occluder and drops the
+// background, because M = 0.
 #pragma once
 
 #include <cstdint>

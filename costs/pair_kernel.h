@@ -9,18 +9,18 @@
 //   dE/dW(y) = - sum_{p : y in M_p} omega_p (a(y) / (s_a s_b) - z_p b(y) / s_b^2)
 //   w(y) = sum_{p : y in M_p} omega_p / s_b^2               (the majorised Gauss-Newton weight)
 //
-// (Romanoni & Matteucci, eq. 2 with err = 1 - ZNCC; the sum runs over all windows that contain y,
-// which is what makes it the gradient of E.) W(y) = J(q(y)) with q(y) = A (x,y,1) + e s(y) in
-// homogeneous coordinates, s = 1/depth along the fixed ray of y, so that dW/ds = grad J . dq/ds =:
-// D(y) and the fields added up here are, per pixel of the reference image,
+// (Romanoni & Matteucci, eq. 2 with err = 1 - ZNCC. The sum runs over all windows that contain y;
+// only so is it the gradient of E.) W(y) = J(q(y)) with q(y) = A (x,y,1) + e s(y) in homogeneous
+// coordinates, and s = 1/depth along the fixed ray of y. So dW/ds = grad J . dq/ds =: D(y). For each
+// pixel of the reference image, these fields are added up here:
 //
 //   cost(y)      += omega_y (1 - z_y)
 //   slope(y)     += dE/dW(y) D(y) = dE/ds(y)
 //   curvature(y) += w(y) D(y)^2.
 //
-// All window sums are separable box sums streamed over rows; nothing per pair is kept. Only windows
-// whose mask drops a tap are summed tap by tap, and spread their share of dE/dW tap by tap. Held
-// constant: Omega_ij, the masks, the reference image, the noise constants.
+// All window sums are separable box sums streamed over rows; nothing per pair is kept. Windows whose
+// mask drops a tap are the exception: they are summed tap by tap, and spread their share of dE/dW tap
+// by tap. Held constant: Omega_ij, the masks, the reference image, the noise constants.
 //
 // Follow a pixel: costs/pair_kernel.cc streams the rows of a tile through WarpRow
 // (pair_kernel_warp-inl.h: W and D), SumRow and ScoreRow (pair_kernel_windows-inl.h: window sums, z

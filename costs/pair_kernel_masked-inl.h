@@ -1,6 +1,5 @@
-// Windows that an occlusion mask has taken taps from: summed and spread tap by tap (see
-// costs/pair_kernel.h). A row of taps is one vector for windows up to 8 wide. Included once a target
-// of the SIMD library.
+// Windows that lost taps to an occlusion mask: summed and spread tap by tap (see costs/pair_kernel.h).
+// A row of taps is one vector for windows up to 8 wide. Included once per target of the SIMD library.
 #if defined(BURIN_COSTS_PAIR_KERNEL_MASKED_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef BURIN_COSTS_PAIR_KERNEL_MASKED_INL_H_
 #undef BURIN_COSTS_PAIR_KERNEL_MASKED_INL_H_

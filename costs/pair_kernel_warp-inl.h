@@ -1,5 +1,5 @@
 // WarpRow: the second image warped through the surface, for one row of the reference image (see
-// costs/pair_kernel.h). Included once a target of the SIMD library.
+// costs/pair_kernel.h). Included once per target of the SIMD library.
 #if defined(BURIN_COSTS_PAIR_KERNEL_WARP_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef BURIN_COSTS_PAIR_KERNEL_WARP_INL_H_
 #undef BURIN_COSTS_PAIR_KERNEL_WARP_INL_H_

@@ -1,5 +1,5 @@
-// Window sums, scores and derivatives of one row (see costs/pair_kernel.h). Included once a target
-// of the SIMD library.
+// Window sums, scores and derivatives of one row (see costs/pair_kernel.h). Included once per target of
+// the SIMD library.
 //
 // 5x5 windows, the common ones, are summed directly: 4 additions along the row and 4 down. Windows
 // of other sizes are running sums in double, along the row and down, so that their cost does not

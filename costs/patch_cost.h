@@ -1,20 +1,20 @@
 // The photometric energy of one vertex patch as a Ceres cost function.
 //
-// A patch is the set of pixels, in all views, whose facet corner nearest to them (largest
-// barycentric coordinate) is vertex v. Its parameter blocks are v and the vertices of its one-ring
-// facets. From the patch's cost c, gradient g and majorised Gauss-Newton matrix H
-// (costs/photometric_round.h) it makes
+// The patch of vertex v is the set of pixels, in all views, whose nearest facet corner (largest
+// barycentric coordinate) is v. Its parameter blocks are v and the vertices of its one-ring facets. From
+// the patch's cost c, gradient g and majorised Gauss-Newton matrix H (costs/photometric_round.h) it
+// makes
 //
 //   H + delta I = L L^T
 //   r = [ L^-1 g / beta ; sqrt(2 c - |L^-1 g|^2 / beta^2) ],   J = [ beta L^T ; 0 ]
 //
 // so that 1/2 |r|^2 = c and J^T r = g exactly and J^T J = beta^2 (H + delta I). beta = 1 unless
 // |L^-1 g|^2 > 2 c, when beta^2 = |L^-1 g|^2 / (2 c). Any Ceres minimiser can take it from there.
-// Exception: a patch that has gradient from windows centred in its neighbours and no counted window
-// of its own (c = 0) gives r = 0; its part of g is left out.
+// Exception: a patch may have gradient from windows centred in its neighbours, and no counted window of
+// its own (c = 0). It gives r = 0; its part of g is left out.
 //
-// With Motion::kNormal the system is formed in the displacements along the vertex normals N_k and
-// J = d r / d h_k N_k^T, to be used with LineAlongNormal manifolds; with kFree in all coordinates.
+// With Motion::kNormal the system is formed in the displacements h_k along the vertex normals N_k, and
+// J = d r / d h_k N_k^T. LineAlongNormal manifolds go with it. With kFree it is formed in all coordinates.
 #pragma once
 
 #include <ceres/cost_function.h>

@@ -2,10 +2,9 @@
 //
 //   E_photo = sum_(i,j) sum_p omega_p (1 - ZNCC_p)          (costs/pair_kernel.h)
 //
-// One call streams the pairs and leaves, for every corner of every facet, the sums that the cost
+// One call streams the pairs. It leaves, for every corner of every facet, the sums that the cost
 // functions of the vertex patches read. With s = 1/depth along the fixed ray of pixel p,
-// ds/dV_k = -u_k n^T / offset (core/visibility/facet_pencil.h), so that for the pixels y of one
-// corner
+// ds/dV_k = -u_k n^T / offset (core/visibility/facet_pencil.h). So for the pixels y of one corner
 //
 //   dE/dV_k      = slope[k] n^T           slope[k]        = sum_views -1/offset   sum_y dE/ds u_k
 //   H(k, l)      = curvature[k,l] n n^T   curvature[k,l]  = sum_views 1/offset^2  sum_y w D^2 u_k u_l

@@ -2,12 +2,13 @@
 //
 //   E_smooth = weight / 2 * sum_v | L V |_v^2 / h_v^2,      h_v = mean edge length at v, frozen
 //
-// |L V| is close to h^2/4 |Laplace(u)| for the umbrella, so that the sum is close to weight/32 times
-// the integral of |Laplace(u)|^2 over the surface: it has no unit and hardly depends on how finely the
-// mesh is cut (for the bi-Laplacian it does).
-// A vertex that no pair has seen, in this round or an earlier one, keeps its shape instead (target L V
-// at the start of the round): what nobody sees follows its surroundings and neither shrinks nor
-// flattens. (What was seen and no longer is: core/refine/hidden_folds.h.)
+// For the umbrella, |L V| is close to h^2/4 |Laplace(u)|. So the sum is close to weight/32 times the
+// integral of |Laplace(u)|^2 over the surface: it has no unit and hardly depends on how finely the mesh is
+// cut. (For the bi-Laplacian it does depend on that.)
+//
+// A vertex that no pair has seen, in this round or an earlier one, keeps its shape instead: its target is
+// L V at the start of the round. So what nobody sees follows its surroundings and neither shrinks nor
+// flattens. core/refine/hidden_folds.h is about what was seen and no longer is.
 #pragma once
 
 #include <memory>

@@ -1,10 +1,10 @@
 // An image as a cubic B-spline: value and gradient at any point, twice continuously differentiable.
 //
-// The spline interpolates the samples (array element (row, col) at image point (col+0.5, row+0.5)),
-// with mirrored borders; coefficients come from the recursive prefilter with pole sqrt(3) - 2
+// The spline interpolates the samples (array element (row, col) is at image point (col+0.5, row+0.5)),
+// with mirrored borders. Its coefficients come from the recursive prefilter with pole sqrt(3) - 2
 // (Unser, "Splines: a perfect fit for signal and image processing", 1999). Bilinear sampling would
-// leave kinks in the energy on which line searches stall. Beyond kPadding - 2 pixels outside the
-// image the point is clamped and Sample() reports gradient zero.
+// leave kinks in the energy, on which line searches stall. A point further than kPadding - 2 pixels
+// outside the image is clamped, and Sample() reports gradient zero.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
-// SplineImage::Sample for a vector of points, per target of the SIMD library (see
-// costs/pair_kernel.cc; no include guard in the usual sense: it is included once a target).
+// SplineImage::Sample for a vector of points (see costs/pair_kernel.cc). It is included once per target
+// of the SIMD library, so it has no include guard in the usual sense.
 #if defined(BURIN_COSTS_SPLINE_SIMD_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef BURIN_COSTS_SPLINE_SIMD_INL_H_
 #undef BURIN_COSTS_SPLINE_SIMD_INL_H_

@@ -2,10 +2,10 @@
 //
 //   r(V) = s * (sum_k c_k V_k - b)   (3 residuals),   dr/dV_k = s * c_k * I_3
 //
-// With sum_k c_k = 0 the residual is invariant to translation; the umbrella stencil gives the
-// vector from a vertex to its neighbours' mean (Romanoni & Matteucci, eq. 1's E_smooth in
-// least-squares form; note that the paper's umbrella *step* is not the gradient of 1/2|r|^2 of it:
-// that gradient is L^T L V). Coefficients and s are constants of the round.
+// With sum_k c_k = 0 the residual is invariant to translation. The umbrella stencil gives the vector
+// from a vertex to its neighbours' mean: E_smooth of Romanoni & Matteucci's eq. 1 in least-squares form.
+// The paper's umbrella *step* is not the gradient of its 1/2|r|^2; that gradient is L^T L V.
+// Coefficients and s are constants of the round.
 #pragma once
 
 #include <ceres/cost_function.h>

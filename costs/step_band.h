@@ -1,19 +1,19 @@
 // Leaves pixels beside a depth step out of Omega_ij where the surface has better evidence.
 //
-// Masks (costs/occlusion_mask.h) take the mesh's own steps for true. While silhouettes are a pixel
-// or two off, pixels beside a step show another surface than the mesh says, in the reference view
-// and in the second one alike, and photographs mix two surfaces in the pixel of the step anyway.
-// Pixel p of Omega_ij is near a step when p, or the pixel of view j that its surface point falls
-// into, is within `band_px` of a pixel of a step of its view's depth map.
+// Masks (costs/occlusion_mask.h) trust the mesh's own steps. While silhouettes are a pixel or two off,
+// pixels beside a step show another surface than the mesh says, in the reference view and in the second
+// one alike. Photographs mix two surfaces in the pixel of the step anyway. Pixel p of Omega_ij is near a
+// step when p, or the pixel of view j that its surface point falls into, is within `band_px` of a pixel
+// of a step of its view's depth map.
 //
-// Leaving all of them out loses what has no other evidence: rims seen at a grazing angle, bars a
-// few pixels wide. So a facet keeps all its pixels unless its patch (the facets that share a vertex
-// with it) is seen without them: with C the patch's remaining pixels, summed over all pairs, and A
-// its pixels in the views that show each of its facets largest, C >= evidence * A, that is, some
-// `evidence` pairs see it clear of all steps. Facets of the patch count once per vertex shared.
+// Leaving all of them out would lose what has no other evidence: rims seen at a grazing angle, bars a
+// few pixels wide. So a facet keeps all its pixels unless its patch (the facets that share a vertex with
+// it) is seen well without them: C >= evidence * A. C are the patch's remaining pixels, summed over all
+// pairs; A are its pixels in the views that show each of its facets largest. In other words, about
+// `evidence` pairs see the patch clear of all steps. Facets of the patch count once per vertex shared.
 //
-// Not on the first level of a run: a band there is as wide as whole bars, and it is there that
-// silhouettes get their first correction. Discrete and frozen for a round, as Omega_ij itself.
+// There is no band on the first level of a run: it would be as wide as whole bars, and silhouettes get
+// their first correction there. The band is discrete and frozen for a round, like Omega_ij itself.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// What the photographs say of each vertex of a refined mesh.
+// How well the photographs determine each vertex of a refined mesh.
 #pragma once
 
 #include <vector>

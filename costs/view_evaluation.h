@@ -1,5 +1,5 @@
-// Evaluates the pairs of one reference view: pixels through the pair kernel, then the pixels of every
-// facet corner into the sums that costs/photometric_round.h defines.
+// Evaluates the pairs of one reference view. The pair kernel works on the pixels; then the pixels of
+// every facet corner are added into the sums that costs/photometric_round.h defines.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,7 +13,7 @@
 
 namespace burin {
 
-// Sums over the pixels of one corner of one facet (see above).
+// Sums over the pixels of one corner of one facet (costs/photometric_energy.h).
 struct CornerSums {
   double cost = 0;
   double slope[3] = {0, 0, 0};
@@ -28,7 +28,7 @@ struct FacetScore {
 
 class ViewEvaluation {
  public:
-  // What is frozen: of one round.
+  // The frozen state of a round.
   struct Input {
     const RoundContext* context = nullptr;
     const FrozenWindows* windows = nullptr;

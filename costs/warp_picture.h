@@ -1,5 +1,5 @@
-// Pictures of what the photometric energy measures: the second image warped through the surface
-// into the reference, what remains of the difference, and what occlusion masks make of it.
+// Pictures of what the photometric energy measures: the second image warped through the surface into the
+// reference, the difference that remains, and what occlusion masks change.
 #pragma once
 
 #include <opencv2/core.hpp>

@@ -1,5 +1,5 @@
-// How many camera pairs see each facet, and the paper's Algorithm 1, which trades a little energy of
-// the pairs for a mesh that is covered more and more evenly.
+// How many camera pairs see each facet, and the paper's Algorithm 1. The algorithm gives up a little of the
+// pairs' energy so that more pairs see the mesh, and see it more evenly.
 //
 //   V_f = number of directed pairs (i, j) of the set whose two views both see facet f
 //   mu, sigma = mean and standard deviation of V_f over the facets

@@ -1,4 +1,4 @@
-// Which facets each view sees, as one bit a view and facet.
+// Which facets each view sees: one bit per view and facet.
 #pragma once
 
 #include <cstddef>

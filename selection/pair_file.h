@@ -1,5 +1,5 @@
-// pairs.json: the pairs of a selection with the reasons for them, and the way back for pairs chosen
-// elsewhere or by hand.
+// pairs.json: writes the pairs of a selection with the reasons for them, and reads pairs chosen elsewhere or
+// by hand.
 //
 //   {"format": "burin pairs 1", "pairs": [{"reference": "a.jpg", "second": "b.jpg", ...}, ...], ...}
 //

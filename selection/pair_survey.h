@@ -1,9 +1,10 @@
-// What the mesh says about every camera pair: the terms of pair_terms.h averaged over Omega_ij, the
-// pixels of view i whose surface point view j sees too, and the facets that each view sees.
+// What the mesh says about every camera pair: the facets that each view sees, and the terms of
+// pair_terms.h averaged over Omega_ij, the pixels of view i whose surface point view j sees too.
 //
-// Cost: one cast per view at a low resolution finds the facets each view sees; only pairs that share
-// one are integrated, over Omega_ij as the energy defines it (core/visibility/visibility.h), at that resolution.
-// docs/camera_pairs.md holds the error against full resolution and the growth with the views.
+// Cost: one cast per view, at a low resolution, finds the facets that the view sees. Only pairs that share
+// a facet are integrated, at that resolution, over Omega_ij as the energy defines it
+// (core/visibility/visibility.h). docs/camera_pairs.md has the error against full resolution and the growth
+// with the number of views.
 #pragma once
 
 #include <vector>

@@ -1,6 +1,6 @@
-// How good a camera pair is for refining the surface it sees: the terms of the paper's section
-// "Model-based Camera Pairs Selection". First what is measured at one surface point x with unit
-// normal n, then the energies of the means over Omega_ij (integrated in pair_survey.h).
+// How good a camera pair is for refining the surface that it sees: the terms of the paper's section
+// "Model-based Camera Pairs Selection". First come measures at one surface point x with unit normal n,
+// then the energies of their means over Omega_ij (pair_survey.h integrates).
 //
 //   E_BPV = mu_p E_p + mu_o E_o + mu_s E_s + mu_r E_r,    every term in [-1, 0], less is better
 //   E_p = -exp(-(P - 50 deg)^2 / (2 sigma_p^2))    P: mean parallax                  (parallax)
@@ -9,7 +9,7 @@
 //   E_r = -exp(-R^2 / (2 sigma_r^2))               R: mean discrepancy of resolution (resolution)
 //
 // Where the paper's printed formula contradicts its own text, both forms are measured and a switch
-// chooses: the defaults are the correction.
+// chooses. The defaults are the corrected forms.
 #pragma once
 
 #include <Eigen/Core>

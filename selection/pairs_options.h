@@ -1,5 +1,5 @@
-// Every option of the selection of camera pairs, and what the named methods make of those left at
-// their method's own value.
+// Every option of the selection of camera pairs, and the values that the named methods give to options
+// left at "the method's own".
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// From a score for every ordered pair of views to the best partners of each view.
+// Picks the best partners of each view from a score for every ordered pair of views.
 #pragma once
 
 #include <algorithm>

@@ -1,6 +1,6 @@
-// Camera pairs from sparse points, as the methods before the paper choose them: for each camera the
-// partners with which it shares the most points under a parallax in a given range
-// (Vu et al. 2012 as the paper quotes it; `vu` uses 20 to 60 degrees).
+// Camera pairs from sparse points, as methods before the paper choose them. Each camera gets the partners
+// with which it shares the most points under a parallax in a given range (Vu et al. 2012 as the paper
+// quotes it; `vu` uses 20 to 60 degrees).
 #pragma once
 
 #include <vector>

@@ -1,4 +1,4 @@
-// The program as a user meets it: run as a process, judged by exit code, output and what it leaves.
+// The program as a user meets it: run as a process, judged by exit code, output and the files it leaves.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// burin convert as a process: what it writes, and that nobody's files are lost.
+// burin convert as a process: it writes the right files, and loses nobody's.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

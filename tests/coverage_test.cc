@@ -1,4 +1,4 @@
-// Coverage of facets by pairs, and Algorithm 1 on cases small enough to do by hand.
+// Coverage of facets by pairs, and Algorithm 1 on cases that are small enough to do by hand.
 #include "selection/coverage.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// Every reader gives the cameras that the files were made of: points reproject to where the format's own
-// formula, written down here, says, and photographs come out undistorted.
+// Every reader gives the cameras that the files were made of. Points reproject to where the format's own
+// formula, written down here, has them, and photographs come out undistorted.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

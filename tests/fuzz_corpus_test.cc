@@ -1,5 +1,5 @@
-// Every file that fuzzing started from or found goes through its reader: no crash, no hang, no
-// exception but InputError.
+// Every file that fuzzing started from, or found, goes through its reader without a crash, a hang, or an
+// exception other than InputError.
 #include <gtest/gtest.h>
 
 #include <filesystem>

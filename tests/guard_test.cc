@@ -1,4 +1,4 @@
-// What keeps a refinement from making a mesh worse.
+// The guard: it keeps a refinement from making a mesh worse.
 #include <gtest/gtest.h>
 
 #include <cmath>

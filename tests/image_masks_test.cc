@@ -1,4 +1,4 @@
-// Image masks: what is zero in them takes part in nothing, on either side of a pair.
+// Image masks: a pixel that is zero in its mask is used on neither side of a pair.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// The memory estimate: monotone in everything it is made from, right about the size of the mesh and, as
-// a process, within its stated bound of the measured peak on a small scene.
+// The memory estimate. It is monotone in everything that it is made from, and right about the size of the
+// mesh. As a process on a small scene, it is within its stated bound of the measured peak.
 #include "apps/run/memory_estimate.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// The terms of the pair energies on configurations whose answer can be written down.
+// The terms of the pair energies, on configurations whose answer can be written down.
 #include "selection/pair_terms.h"
 
 #include <gtest/gtest.h>

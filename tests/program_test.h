@@ -1,5 +1,5 @@
-// Runs the program as a process, as a user does; for tests that judge it by exit code, output and what
-// it leaves.
+// Runs the program as a process, as a user does, for tests that judge it by exit code, output and the files
+// that it leaves.
 #pragma once
 
 #include <fcntl.h>

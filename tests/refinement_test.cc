@@ -1,5 +1,5 @@
-// The whole pipeline on scenes with known truth: what must fall falls, and what must not matter
-// does not.
+// The whole pipeline on scenes with known truth: energy and error fall, and what must not change the
+// result does not change it.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// What the smoothness term asks of vertices by what the pairs see, or once saw, of them.
+// What the smoothness term asks of a vertex that pairs see, saw earlier, or never saw.
 #include "costs/smoothness_energy.h"
 
 #include <ceres/problem.h>

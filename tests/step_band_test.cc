@@ -1,4 +1,4 @@
-// Pixels beside depth steps, and which of them count all the same.
+// Pixels beside depth steps, and which of them still count.
 #include "costs/step_band.h"
 
 #include <gtest/gtest.h>

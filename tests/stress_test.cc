@@ -1,4 +1,4 @@
-// Photographs with something wrong with them: the refined mesh is not worse than the input.
+// Faulty photographs: the refined mesh is not worse than the input.
 #include <gtest/gtest.h>
 
 #include "apps/run/pipeline.h"

@@ -1,6 +1,5 @@
-// A tiny scene for derivative checks: bodies in front of a wall and of each other, and one smooth
-// random image per view. The images need not agree with the geometry: derivatives must hold
-// anywhere.
+// A tiny scene for derivative checks: bodies in front of a wall and of each other, and one smooth random
+// image per view. The images need not agree with the geometry, since derivatives must hold anywhere.
 #pragma once
 
 #include <cmath>

@@ -24,7 +24,7 @@ namespace {
 
 using nlohmann::json;
 
-// Changes with anything in the file that a state of another version would not have.
+// Raise it whenever the content of the file changes: a program reads checkpoints of its own version only.
 constexpr int kVersion = 2;
 
 class Fingerprint {

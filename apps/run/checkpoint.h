@@ -1,5 +1,5 @@
-// checkpoint.cbor in a run's output folder: what `burin refine --resume` goes on from. It is there
-// from before the first round until the run is complete, and always whole.
+// checkpoint.cbor in a run's output folder: `burin refine --resume` goes on from it. The file is there
+// from before the first round until the run is complete, and it is always whole.
 #pragma once
 
 #include <filesystem>
@@ -35,7 +35,7 @@ std::filesystem::path CheckpointPath(const std::filesystem::path& output_folder)
 
 void WriteCheckpoint(const std::filesystem::path& path, const Checkpoint& checkpoint);
 
-// Throws InputError when there is none or it is not one.
+// Throws InputError when the file is missing or is not a checkpoint.
 Checkpoint ReadCheckpoint(const std::filesystem::path& path);
 
 }  // namespace burin

@@ -1,5 +1,5 @@
-// What a round saw, for people: per view the taps its windows keep, and its pairs' errors with and
-// without occlusion masks.
+// Pictures of what a round saw: for each view the taps that its windows keep, and its pairs' errors with
+// and without occlusion masks.
 #pragma once
 
 #include <filesystem>

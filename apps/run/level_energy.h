@@ -1,10 +1,11 @@
-// The energy of one frozen round as a function of a vector, for whoever brings an optimiser of their own:
-// E(x), its gradient and its Gauss-Newton matrix, and what burin's own strategies make of the same.
+// The energy of one frozen round as a function of a vector, for other optimisers: E(x), its gradient and
+// its Gauss-Newton matrix. burin's own strategies can solve it too.
 //
-// The mesh, its visibility, masks and pairs are frozen at the positions it is made with. Unknowns are
-// the moves of the vertices that some pair sees and that have a normal, in ascending order of vertex:
-// one each along the normal, or three with motion.type = free; in footprints of full-resolution pixels,
-// the unit of core/refine/refinement.h's normalised world. x = 0 is the mesh as given. Facets are not split.
+// The mesh, its visibility, masks and pairs are frozen at the positions that the object is made with.
+// Unknowns are the moves of the vertices that some pair sees and that have a normal, in ascending order
+// of vertex: one per vertex along the normal, or three with motion.type = free. Their unit is the
+// footprint of a full-resolution pixel, as in core/refine/refinement.h's normalised world. x = 0 is the
+// mesh as given. Facets are not split.
 #pragma once
 
 #include <Eigen/Core>

@@ -20,7 +20,7 @@ constexpr double kAllocation = 16;  // header and rounding of a small allocation
 constexpr double kPointer = 8;
 constexpr int kFaceGrain = 2048;
 
-// The table to correct when what is kept changes. Bytes.
+// What burin keeps, in bytes. Correct this table when burin keeps more or less.
 struct Costs {
   // The program with its libraries, thread pools and Embree's device, nothing loaded.
   double base = 62 * kMib;

@@ -1,9 +1,9 @@
 // Peak memory of a refinement, estimated from what is known before it: cameras, mesh, options.
 //
-// The peak is reached while a round of some level is solved; everything counted here is alive then.
-// What a vertex, facet or pixel costs is a sum over the structs that are kept for each, and is in one
-// table, kCost in the .cc; after a change of what is kept, correct the table and measure again as
-// docs/performance.md says, where the accuracy is stated. 1 MiB = 2^20 bytes, 1 GB = 1024 MiB.
+// The peak is reached while a round of some level is solved; everything counted here is alive then. What
+// a vertex, facet or pixel costs is the sum over the structs that are kept for it. It is in one table,
+// kCost in the .cc. When burin keeps more or less than before, correct the table and measure again as
+// docs/performance.md says. That page also states the accuracy. 1 MiB = 2^20 bytes, 1 GB = 1024 MiB.
 #pragma once
 
 #include <cstdint>

@@ -25,7 +25,7 @@ double BytesOfFile(const fs::path& path) {
   return file >> value ? value : std::numeric_limits<double>::infinity();
 }
 
-// The number behind `key` in a file of such lines; `otherwise` when there is none.
+// The number after `key` in a file of "key number" lines; `otherwise` when there is none.
 double ValueOf(const fs::path& path, const std::string& key, double otherwise) {
   std::ifstream file(path);
   std::string name;

@@ -30,7 +30,7 @@ OutputFolder::OutputFolder(std::filesystem::path path) : path_(std::move(path)) 
     throw InputError(path_, std::string("folder cannot be written to: ") + std::strerror(errno));
   }
   lock_ = open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  // Where the file system knows no locks, there is none.
+  // A file system without locks leaves the folder unlocked.
   if (lock_ >= 0 && flock(lock_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     close(lock_);
     throw InputError(path_, "another run of burin writes to this folder");

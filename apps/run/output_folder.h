@@ -1,4 +1,4 @@
-// The folder that a command writes its results to, checked before the work and not after it.
+// The folder that a command writes its results to, checked before the work instead of after it.
 #pragma once
 
 #include <filesystem>

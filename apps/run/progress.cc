@@ -24,7 +24,7 @@ double SteadySeconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-// Width of the terminal on standard error, 0 when it is none that understands a carriage return.
+// Width of the terminal on standard error; 0 when it is no terminal, or one without carriage return.
 int TerminalColumns() {
   const char* terminal = std::getenv("TERM");
   if (isatty(STDERR_FILENO) == 0 || terminal == nullptr || std::string(terminal) == "dumb") {
@@ -66,7 +66,7 @@ Progress::~Progress() {
 void Progress::Begin(double total_work) {
   EraseLine();
   begin_s_ = clock_();
-  // A log hears of the first ten seconds only by Line(); a terminal shows the first Update().
+  // In the first ten seconds only Line() writes to a log; a terminal shows the first Update().
   last_written_s_ = columns_ > 0 ? begin_s_ - kTerminalPeriodS : begin_s_;
   total_work_ = total_work > 0 ? total_work : 1;
 }
@@ -86,7 +86,7 @@ void Progress::Update(double done_work, const std::string& text) {
     *out_ << text << "  " << times << std::endl;
     return;
   }
-  // What must not be cut off is in front; the last column stays free, or the terminal would wrap.
+  // What must not be cut off stands in front. The last column stays free, or the terminal would wrap.
   std::string line = times + "  " + text;
   if (static_cast<int>(line.size()) >= columns_) line.resize(std::max(0, columns_ - 1));
   *out_ << '\r' << line << "\x1b[K" << std::flush;

@@ -1,5 +1,5 @@
-// What a person sees while burin works. On a terminal one line that is rewritten; in a log plain
-// lines, few enough to read. Both give elapsed time and an estimate of what remains.
+// What a person sees while burin works. On a terminal it is one line that is rewritten, in a log plain
+// lines, few enough to read. Both give the elapsed time and an estimate of the time that remains.
 #pragma once
 
 #include <functional>

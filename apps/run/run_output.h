@@ -1,5 +1,5 @@
-// What a refinement leaves behind beside the mesh: summary.json, from which a run can be repeated
-// and judged, and trace.csv, a line an iteration.
+// What a refinement writes beside the mesh: summary.json, from which a run can be repeated and judged,
+// and trace.csv with one line per iteration.
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,5 @@
-// The scene as a user names it: what to read and where its photographs and masks are. The same for every
-// command that takes one, and in a checkpoint.
+// The scene as a user names it: what to read, and where its photographs and masks are. Every command that
+// takes a scene uses it, and so does a checkpoint.
 #pragma once
 
 #include <string>

@@ -1,14 +1,14 @@
-// Runs every strategy from the same start and keeps what each did: what `burin compare-solvers`
-// writes.
+// Runs every strategy from the same start and records what each did. `burin compare-solvers` writes the
+// records.
 //
 // Two questions, two modes:
 //   frozen  Which strategy is best at the problem a round poses? A reference run (solver.type) makes
-//           the rounds; in each, every strategy solves the same ceres::Problem (mesh, visibility,
-//           masks, pairs) from the same vertices with nothing evaluated, and the reference's result
-//           starts the next round. Nothing but the strategy differs.
-//   whole   Which strategy gives the best mesh? Each makes a whole run of its own; from the second
-//           round on every one has its own mesh and visibility, so only the error to the truth can
-//           be compared, not the energies.
+//           the rounds. In each round every strategy solves the same ceres::Problem (mesh, visibility,
+//           masks, pairs) from the same vertices, with nothing evaluated yet. Then the reference's
+//           result starts the next round. Nothing but the strategy differs.
+//   whole   Which strategy gives the best mesh? Each makes a whole run of its own. From the second
+//           round on each has its own mesh and visibility. So only the error to the truth can be
+//           compared, not the energies.
 #pragma once
 
 #include <functional>

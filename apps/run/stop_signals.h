@@ -1,5 +1,5 @@
-// SIGINT and SIGTERM as a question the work asks itself, so that it ends between two iterations
-// with everything on disk.
+// SIGINT and SIGTERM. The work asks whether one has come, so that it ends between two iterations with
+// everything on disk.
 #pragma once
 
 #include <stdexcept>

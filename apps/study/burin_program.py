@@ -1,4 +1,4 @@
-"""The burin program as studies use it: its options, as flags and as it understands them."""
+"""The burin program as studies use it: options become flags, and burin itself checks them."""
 
 import hashlib
 import subprocess

@@ -1,7 +1,7 @@
-"""What a Snakemake job does: one burin command, its record as JSON, never an exit code for a failure.
+"""What a Snakemake job does: it runs one burin command and records it as JSON.
 
-A command that fails is a result (a row that says so), so the record holds burin's reason and the job
-succeeds. Only a job that is stopped from outside fails, and is done again when the study goes on.
+A command that fails is a result too (a row that says so). The record then holds burin's reason, and the job
+succeeds. Only a job that is stopped from outside fails; it is done again when the study goes on.
 Records: {"stage", "command", "failed": reason or null, "seconds", "memory_mib"}. Paths in commands
 are relative to the study's folder.
 """

@@ -1,4 +1,4 @@
-"""study.json in the output folder: the study as Snakemake and its jobs read it, every scene and variant spelt out."""
+"""study.json in the output folder: what Snakemake and its jobs read, with every scene and variant spelt out."""
 
 import json
 import os

@@ -1,9 +1,9 @@
 """The two figures by which the ablation of Romanoni & Matteucci, "Mesh-based Camera
 Pairs Selection and Occlusion-Aware Masking for Mesh Refinement", compares methods.
 
-Both take a table of errors with a row for each error measure of each scene (there: accuracy and
-completeness, mean and median, of 12 scenes) and a column for each method. A method without a value
-in some row (it failed there) has no average, and no rank in that row.
+Both take a table of errors. It has a row for each error measure of each scene (in the paper: accuracy and
+completeness, mean and median, of 12 scenes) and a column for each method. A method that failed in some
+row has no value there. It gets no average, and no rank in that row.
 """
 
 import pandas

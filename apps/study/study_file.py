@@ -1,4 +1,4 @@
-"""Reads a study file. Everything wrong with it is found here, before any job starts."""
+"""Reads a study file, and finds everything that is wrong with it before any job starts."""
 
 import difflib
 import math

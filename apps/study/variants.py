@@ -1,4 +1,4 @@
-"""Axes and named variants -> the variants of a study, each a name and the options it sets."""
+"""Axes and named variants become the variants of a study: each is a name and the options that it sets."""
 
 import math
 from collections.abc import Iterator

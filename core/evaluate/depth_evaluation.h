@@ -1,12 +1,12 @@
 // Scores a mesh by what the cameras see of it, as Strecha et al. do ("On benchmarking camera
-// calibration and multi-view stereo for high resolution imagery", 2008): depth maps of the mesh and
-// of the truth in each view, compared pixel by pixel, errors in units of the truth's own accuracy.
+// calibration and multi-view stereo for high resolution imagery", 2008). In each view the depth maps of
+// the mesh and of the truth are compared pixel by pixel, in units of the truth's own accuracy.
 //
 // Protocol
 //  1. For each view, D(x) is the camera z of the mesh's first surface on the ray through the centre
-//     of pixel x, D*(x) that of the truth: rendered from a truth mesh, or a depth map given. Points
-//     are not splatted: a truth cloud needs depth maps.
-//  2. Truth pixels have a D*. Covered are those with a D too, and e(x) = D(x) - D*(x) there.
+//     of pixel x. D*(x) is that of the truth, rendered from a truth mesh or taken from a depth map.
+//     Points are not splatted: a truth cloud needs depth maps.
+//  2. Truth pixels have a D*. Covered pixels have a D too; there e(x) = D(x) - D*(x).
 //         MAE = mean |e|,  RMSE = sqrt(mean e^2)   over covered pixels of all views,
 //         covered share = covered / truth pixels.
 //  3. With sigma, the standard deviation of the truth: the number of truth pixels with

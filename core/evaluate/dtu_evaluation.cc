@@ -49,7 +49,7 @@ std::vector<Eigen::Vector3d> ThinnedWithin(const std::vector<Eigen::Vector3d>& p
                                            double spacing, int seed, const std::string& name) {
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& point : points) box.extend(point);
-  // From the origin, since that is what coordinates are rounded by.
+  // From the origin: the rounding of coordinates grows with that distance.
   const double extent = std::max(box.min().lpNorm<Eigen::Infinity>(),  //
                                  box.max().lpNorm<Eigen::Infinity>());
   if (extent > kMaxExtentInSpacings * spacing) {

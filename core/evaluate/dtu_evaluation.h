@@ -1,7 +1,7 @@
 // Scores a mesh as the DTU multi-view benchmark does (Jensen et al., "Large scale multi-view
 // stereopsis evaluation", 2014; Aanaes et al., "Large-scale data for multiple-view stereopsis",
-// 2016): distances between two sets of points at one density, without the outliers, inside the
-// volume where the truth was observed.
+// 2016). It takes distances between two sets of points of equal density, without the outliers, inside
+// the volume where the truth was observed.
 //
 // Protocol
 //  1. Points. M: the mesh sampled area-uniformly, four samples per square of edge `spacing`, then
@@ -12,8 +12,8 @@
 //  3. Region. Accuracy is over the m inside the observability mask, completeness over the t above
 //     the table plane. Neither takes points away from the set that the other is measured to.
 //  4. Cap. Points with a distance beyond `cap` are left out of mean and median, and counted.
-// Deviations: the benchmark thins the reconstruction only (its scans are published thinned); here
-// the truth is thinned too, which leaves those scans as they are but for rounding.
+// Deviation: the benchmark thins the reconstruction only (its scans are published thinned). burin
+// thins the truth too, which leaves those scans as they are but for rounding.
 #pragma once
 
 #include <Eigen/Core>

@@ -17,16 +17,16 @@
 //       plane   |n_b . (a - b)|, n_b the normal at the match: the cloud's, or that of the face.
 //     `distance` says which is scored; `auto` takes plane for a cloud with normals and point
 //     otherwise. The statistics of the other are reported beside it when the truth has normals.
-//     With a cloud, |a - b| cannot fall below its spacing, plane can. The price: beside a border, a
-//     point counts as near as long as it continues the other surface's plane, up to the matching
-//     distance. Where the match lies inside a face both are the same.
-//  5. Accuracy and completeness statistics (mean, median, RMSE) are over matched points; the
-//     matched share is reported beside them, since a mean alone can be bought with it.
+//     With a cloud, |a - b| cannot fall below its spacing; the plane distance can. The price: beside
+//     a border a point counts as near when it lies in the other surface's plane, up to the matching
+//     distance. Where the match lies inside a face both distances are the same.
+//  5. Accuracy and completeness statistics (mean, median, RMSE) are over matched points. The matched
+//     share is reported beside them: whoever matches fewer points gets a better mean.
 //  6. precision(tau) = share of the mesh's samples that are matched and closer than tau;
 //     recall(tau) = share of the truth's points that are matched and closer than tau;
 //     F1 = 2 P R / (P + R). Recall is always over all of the truth. Precision is over all samples
-//     too, so that nothing hides by being far off; `unmatched` = drop takes it over the matched
-//     ones, for truths that show only part of what the mesh rightly has.
+//     too, so that nothing hides by being far off. `unmatched` = drop takes it over the matched
+//     samples, for truths that show only part of what the mesh rightly has.
 #pragma once
 
 #include <cstdint>

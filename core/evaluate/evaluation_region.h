@@ -1,5 +1,5 @@
-// Where a comparison with the truth means something: the volume the scanner observed and the side
-// of the table that the object stands on, each a plain file that any program can write.
+// Where a comparison with the truth means something: the volume that the scanner observed, and the side
+// of the table that the object stands on. Each is a plain file that any program can write.
 #pragma once
 
 #include <Eigen/Core>

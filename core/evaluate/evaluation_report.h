@@ -1,4 +1,4 @@
-// Evaluations as tables for people and as JSON for programs: a section a protocol.
+// Evaluations as tables for people and as JSON for programs, with a section for each protocol.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -16,7 +16,7 @@ namespace {
 bool PlyHasFaces(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::string line;
-  // Headers are short; a file that is none of them must not be read to its end.
+  // Headers are short; a file without one must not be read to its end.
   for (int k = 0; k < 1000 && std::getline(file, line); ++k) {
     std::istringstream words(line);
     std::string keyword, element;

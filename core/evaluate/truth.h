@@ -1,4 +1,4 @@
-// Ground truth as it comes: a surface or points of one.
+// Ground truth: a surface, or points of one.
 #pragma once
 
 #include <filesystem>

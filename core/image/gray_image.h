@@ -1,5 +1,5 @@
-// Grey images from and to image files, whole or with an error that says what is wrong: OpenCV hands
-// back a truncated JPEG as an image with a grey lower part.
+// Reads and writes grey images. An image is read whole, or an error says what is wrong with the file:
+// OpenCV alone returns a truncated JPEG as an image with a grey lower part.
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,5 @@
-// Procedural noise in space: relief and surface texture of the synthetic scenes. Smooth functions
-// of position, so that the same surface point has the same colour in every view.
+// Procedural noise in space: relief and surface texture of the synthetic scenes. These are smooth
+// functions of position, so that a surface point has the same colour in every view.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,4 @@
-// Putting pictures side by side, with words, and into files.
+// Puts pictures side by side, labels them, and writes them to files.
 #pragma once
 
 #include <filesystem>

@@ -2,12 +2,12 @@
 //
 // Against the mesh before the round, a vertex is at fault when
 //   - a facet at it turned over: the angle between its normals before and after is above 90 degrees,
-//   - an edge at it became more than max_stretch times as long as the longer of what it was and the
-//     level's pixel,
+//   - an edge at it became too long: longer than max_stretch times its length before, or times the
+//     level's pixel where that is larger,
 //   - it moved more than max_move_px pixels of the level.
 // Vertices at fault get the displacement that continues that of their neighbours (the membrane over
-// those not at fault); vertices still at fault then get none, and so on until no vertex is or all
-// stand where they stood.
+// those not at fault). Vertices that are still at fault then get no displacement. This repeats until
+// no vertex is at fault, or all are back where they were.
 #pragma once
 
 #include <vector>

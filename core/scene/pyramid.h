@@ -27,7 +27,7 @@ struct LevelView {
 
 // Images area-averaged to 2^-level of their size (at least 16 pixels a side) with matching cameras,
 // in the world mapped by X -> scale * (X - origin). Level 0 keeps the size. A pixel of a level is
-// used where the mask lets all be used that it is made of, and those around them: what is masked
+// used when the mask allows every pixel that it is made of, and those around them: a masked pixel
 // must not reach a sample through interpolation.
 std::vector<LevelView> MakeLevelViews(const Scene& scene, int level, const Eigen::Vector3d& origin,
                                       double scale);

@@ -1,5 +1,5 @@
-// What a reader returns and the pipeline consumes: calibrated views with their grey images, and the
-// sparse points of the structure-from-motion run with the views that see each.
+// A scene: what a reader returns and the pipeline takes. It has calibrated views with their grey images,
+// and the sparse points of the structure-from-motion run with the views that see each point.
 #pragma once
 
 #include <Eigen/Core>

@@ -111,7 +111,7 @@ void ForEachBand(const Camera& camera, const Lens& lens, const Use& use) {
 // The undistorted radius, in normalised coordinates below `largest`, at which the lens folds back.
 double FoldRadius(const Lens& lens, double largest) {
   if (lens.measured != 0) {
-    // r (1 + k r^2) stops to grow at r^2 = -1 / (3 k).
+    // r (1 + k r^2) stops growing at r^2 = -1 / (3 k).
     return lens.measured > 0 ? largest : 2.0 / 3 * std::sqrt(-1 / (3 * lens.measured));
   }
   const auto& [k1, k2, p1, p2, k3] = lens.brown;

@@ -1,10 +1,10 @@
-// Synthetic scenes with exact truth: photographs of a known surface, rendered with the flaws of
-// real ones (noise, exposure, quantisation), a coarse mesh to start from, and what a refiner should
-// find. Tests, the demo and `burin synth` use the same code.
+// Synthetic scenes with exact truth. A scene has photographs of a known surface, rendered with the
+// flaws of real ones (noise, exposure, quantisation), a coarse mesh to start from, and the surface that
+// a refiner should find. Tests, the demo and `burin synth` use the same code.
 //
 // Scenes:
 //   relief     a smoothly curved patch, 2 units wide, with fine relief; views on an arc of 60
-//              degrees. The initial mesh is the smooth base: all the relief is to be found.
+//              degrees. The initial mesh is the smooth base: the refiner has to find all the relief.
 //   occluders  spheres, ellipsoids, a box and bars in front of a bumpy wall and of each other; two
 //              staggered rows of views. The initial mesh has one coarse component per body, without
 //              bumps, and a little too large or too small.

@@ -42,7 +42,7 @@ class CameraRig {
     intrinsics_.width = options.width;
     intrinsics_.height = options.height;
     intrinsics_.fx = intrinsics_.fy = kFocalPerWidth * options.width;
-    // Off the middle, as in real cameras: a mirrored or shifted principal point must show.
+    // Off the middle, as in real cameras, so that a mirrored or shifted principal point shows.
     intrinsics_.cx = 0.507 * options.width;
     intrinsics_.cy = 0.494 * options.height;
   }

@@ -62,7 +62,7 @@ void Stress::ChangeRadiance(int view, int count,
       for (int x = 0; x < radiance->cols; ++x) {
         const Eigen::Vector3d on_disc(x - x0, y - y0, 0);
         if (on_disc.norm() < radius) {
-          // Far from the scene, where its texture is another.
+          // Far from the scene, where the texture is different.
           (*radiance)(y, x) =
               static_cast<float>(texture((on_disc + Eigen::Vector3d(1e4, 0, 0)) * footprint_));
         }

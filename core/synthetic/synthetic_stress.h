@@ -1,4 +1,4 @@
-// What goes wrong with real photographs, done to synthetic ones: `synth.stress`.
+// Does to synthetic photographs what goes wrong with real ones: `synth.stress`.
 //
 //   none
 //   exposure      the views' gains step from 0.6 to 1.5, offsets from -20 to 20 grey levels

@@ -1,4 +1,4 @@
-// Writing what a COLMAP workspace has no place for.
+// Writes the parts of a synthetic scene that a COLMAP workspace has no place for.
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 

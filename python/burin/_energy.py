@@ -1,4 +1,4 @@
-"""The energy of one frozen round as a function of a vector, for optimisers of one's own."""
+"""The energy of one frozen round as a function of a vector, for your own optimiser."""
 
 import typing
 

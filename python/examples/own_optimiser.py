@@ -1,4 +1,4 @@
-"""An optimiser of one's own on burin's energy: SciPy's L-BFGS against burin's `lbfgs` and `lm_pcg`.
+"""Your own optimiser on burin's energy: SciPy's L-BFGS against burin's `lbfgs` and `lm_pcg`.
 
     build/release/apps/burin demo --output demo
     PYTHONPATH=build/release/python python3 python/examples/own_optimiser.py demo/scene demo/scene/init.ply

@@ -1,5 +1,5 @@
-// Every reader of burin as a function of bytes, for the fuzzer (fuzz_main.cc, `./run fuzz`) and for
-// the test that goes through what it found (tests/fuzz_corpus_test.cc).
+// Every reader of burin as a function of bytes. The fuzzer uses them (fuzz_main.cc, `./run fuzz`), and so
+// does the test that reads the files it found (tests/fuzz_corpus_test.cc).
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-"""What docs/python.md and docs/formats.md show is run as it is shown."""
+"""Runs the code of docs/python.md and docs/formats.md as it is shown there."""
 
 import os
 import pathlib

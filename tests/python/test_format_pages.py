@@ -1,4 +1,4 @@
-"""The commands of docs/formats/*.md, run on one small scene written in every format: the same mesh."""
+"""Runs the commands of docs/formats/*.md on one small scene in every format: they give the same mesh."""
 
 import json
 import pathlib

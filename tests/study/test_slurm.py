@@ -1,7 +1,7 @@
 """The tiny study as jobs of a real Slurm: munged, slurmctld and slurmd of this machine, on loopback.
 
-Needs root and the Debian packages slurm-wlm and munge. Starting Slurm's services is not for every
-machine, so they are not among those that ./run installs; without them this test is skipped.
+Needs root and the Debian packages slurm-wlm and munge. Not every machine should start Slurm's services,
+so ./run does not install these packages. Without them this test is skipped.
 """
 
 import os

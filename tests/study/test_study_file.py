@@ -1,4 +1,4 @@
-"""Study files: how axes become variants, and that every fault is one line before any job starts."""
+"""Study files: axes become variants, and every fault is one line before any job starts."""
 
 import subprocess
 import tomllib

@@ -1,4 +1,4 @@
-"""A tiny study from its file to its tables: failures, repeating, going on after a kill."""
+"""A tiny study from its file to its tables: failures, repetition, and going on after a kill."""
 
 import csv
 import json

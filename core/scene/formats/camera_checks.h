@@ -1,4 +1,4 @@
-// What has to hold of the cameras of a scene, whichever format they came from.
+// Checks that the cameras of a scene must pass, whatever format they came from.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
-// Scenes from and to COLMAP workspaces: a folder with images/ and a sparse model in sparse/ or
-// sparse/0/, as text or binary files.
+// Reads and writes COLMAP workspaces: a folder with images/ and a sparse model in sparse/ or sparse/0/,
+// as text or binary files.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Binary form of a COLMAP model: little-endian, packed, a count before every list.
+// Binary form of a COLMAP model: little-endian, packed, with a count before every list.
 #include <cstring>
 
 #include "core/scene/formats/colmap_model.h"

@@ -1,6 +1,6 @@
 // A COLMAP sparse model as its files hold it (cameras, images, points3D; text or binary), before it
-// becomes a Scene. core/colmap.h is what the rest of burin calls; this header is for the readers
-// and writers beneath it.
+// becomes a Scene. This header is for readers and writers of COLMAP. The rest of burin calls
+// core/scene/formats/colmap.h.
 //
 // COLMAP's conventions are burin's: image coordinates in pixels with the centre of the top-left
 // pixel at (0.5, 0.5); the pose of an image is cam_from_world, camera axes x right, y down,
@@ -81,7 +81,7 @@ const ColmapCameraModel* FindCameraModel(const std::string& name, std::uint32_t 
 const ColmapCameraModel* FindCameraModel(int model_id, std::uint32_t camera_id,
                                          const std::filesystem::path& cameras_file);
 
-// core/colmap_text.cc and core/colmap_binary.cc. Reading throws InputError for what is missing,
+// colmap_text.cc and colmap_binary.cc. Reading throws InputError for what is missing,
 // truncated or malformed; a text file's message has the line number. No count in a file is trusted
 // before it has been compared with the length of the file. Writing is atomic file by file, with
 // the same bytes for the same model; text keeps every bit of every number.

@@ -1,4 +1,4 @@
-// Text form of a COLMAP model: a line an element (two an image), '#' opens a comment line.
+// Text form of a COLMAP model: one line per element (two per image); '#' opens a comment line.
 #include <charconv>
 #include <cmath>
 #include <string_view>

@@ -1,4 +1,4 @@
-// Files of a folder by the end of their names.
+// Lists the files of a folder whose names end in a given way.
 #pragma once
 
 #include <algorithm>

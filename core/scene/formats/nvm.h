@@ -1,11 +1,13 @@
 // VisualSFM's NAME.nvm (NVM_V3), the first model in it.
 //
-// "NVM_V3" with, for a shared calibration, "FixedK fx cx fy cy r"; the number of cameras; a line for each:
-// photograph (blanks written as "), focal length, quaternion w x y z and centre C of X_cam = R (X - C),
-// radial distortion r, 0. Then the number of points; a line for each: position, colour, and the views
-// as (camera, feature, x, y). The principal point is the middle of the image, or FixedK's, whose first
-// pixel is taken to have its centre at a whole number. The lens is VisualSFM's: undistorted = measured
-// (1 + r |measured|^2) in normalised coordinates. Ignored: colours, image positions, further models.
+// The file begins with "NVM_V3"; a shared calibration follows as "FixedK fx cx fy cy r". Then come
+//  - the number of cameras and a line for each: photograph (blanks written as "), focal length,
+//    quaternion w x y z and centre C of X_cam = R (X - C), radial distortion r, 0;
+//  - the number of points and a line for each: position, colour, and the views as (camera, feature, x, y).
+//
+// The principal point is the middle of the image, or FixedK's. With FixedK, burin takes pixel centres to
+// be at whole numbers. The lens is VisualSFM's: undistorted = measured (1 + r |measured|^2) in normalised
+// coordinates. Ignored: colours, image positions, further models.
 #pragma once
 
 #include <filesystem>

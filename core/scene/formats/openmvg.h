@@ -1,11 +1,11 @@
 // openMVG's sfm_data as JSON (any NAME.json with "sfm_data_version").
 //
-// X_cam = R (X - C) with "rotation" and "center" of the extrinsics; pixel centres at whole numbers
-// (burin's cx is principal_point's plus 0.5). Intrinsics: pinhole, pinhole_radial_k1, pinhole_radial_k3,
-// pinhole_brown_t2, whose lenses are Brown's; others (fisheye, spherical) are refused where a view with
-// a pose uses them. Views without a pose or intrinsics are left out. Photographs are in root_path, or in
-// `images`. Read of the structure: X and the views that observe it. Ignored: image positions, priors,
-// control points.
+// Conventions: X_cam = R (X - C) with "rotation" and "center" of the extrinsics; pixel centres are at
+// whole numbers (burin's cx is principal_point's plus 0.5). Intrinsics are pinhole, pinhole_radial_k1,
+// pinhole_radial_k3 and pinhole_brown_t2; their lenses are Brown's. Others (fisheye, spherical) are
+// refused where a view with a pose uses them. Views without a pose or intrinsics are left out.
+// Photographs are in root_path, or in `images`. From the structure the reader takes X and the views that
+// observe it. Ignored: image positions, priors, control points.
 #pragma once
 
 #include <filesystem>

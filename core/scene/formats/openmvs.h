@@ -1,14 +1,16 @@
-// OpenMVS' interchange format (NAME.mvs beginning with "MVSI", versions 0 to 7): platforms with cameras
-// and poses, images, points. Little-endian, fields one after the other, strings and lists with a 64-bit
-// count in front.
+// OpenMVS' interchange format (NAME.mvs beginning with "MVSI", versions 0 to 7). It has platforms with
+// cameras and poses, images, and points. It is little-endian, field after field; a 64-bit count stands
+// before every string and list.
 //
-// Conventions: K has pixel centres at whole numbers (burin's cx is K's plus 0.5); where a camera has no
-// size, K is divided by the larger side of the image. Poses map world to camera, X_cam = R (X - C);
-// camera and platform poses are combined, R = R_c R_p, C = C_p + R_p^T C_c. Photographs are undistorted.
-// Read: K (without skew), poses, names of images and masks, points with their views. Ignored: band
-// names, depth ranges, view scores, normals, colours, lines, transform, bounding box. Images without a
-// pose are left out. OpenMVS' own project files ("MVS") are refused. The mesh is a file beside, as
-// OpenMVS has it: NAME_mesh.ply.
+// Conventions: K has pixel centres at whole numbers (burin's cx is K's plus 0.5). Where a camera has no
+// size, K is divided by the larger side of the image. Poses map world to camera, X_cam = R (X - C). The
+// poses of camera and platform are combined: R = R_c R_p, C = C_p + R_p^T C_c. Photographs are
+// undistorted.
+//
+// Read: K (without skew), poses, names of images and masks, points with their views. Ignored: band names,
+// depth ranges, view scores, normals, colours, lines, transform, bounding box. Images without a pose are
+// left out. OpenMVS' own project files ("MVS") are refused. The mesh is the file NAME_mesh.ply beside, as
+// in OpenMVS.
 #pragma once
 
 #include <filesystem>

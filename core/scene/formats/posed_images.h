@@ -1,5 +1,5 @@
-// What every reader of core/scene/formats makes of its files, and how that becomes a Scene: photographs with
-// the pinhole camera and lens that took them, and sparse points. No pixels yet.
+// What every reader of core/scene/formats makes of its files: photographs with the pinhole camera and lens
+// that took them, and sparse points. No pixels yet. Here it becomes a Scene.
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,5 @@
-// Scenes from whatever structure-from-motion programs and benchmarks write: one loader that recognises
-// what it is given. docs/formats.md says what each reader reads and what it ignores.
+// Loads scenes in every format that burin reads (kFormats): one loader, which recognises what it is given.
+// docs/formats.md says what each reader reads and what it ignores.
 #pragma once
 
 #include <filesystem>

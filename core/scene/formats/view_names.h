@@ -1,5 +1,6 @@
-// Names of views. Files name photographs by whatever path they had where the file was written; a view's
-// name is a path below the folder of the photographs, with which it finds its mask and is written again.
+// Names of views. Files name photographs by the path that they had where the file was written. A view's
+// name is a path below the folder of the photographs. Masks are found by it, and results are written
+// under it.
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,5 @@
-// An own cost term, an own choice of camera pairs and an own solver strategy on an installed burin,
-// without touching it: extension SCENE MESH OUTPUT.
+// Your own cost term, choice of camera pairs and solver strategy on an installed burin, without changing
+// burin: extension SCENE MESH OUTPUT.
 #include <ceres/autodiff_cost_function.h>
 
 #include <cmath>
