@@ -25,32 +25,14 @@
 #include "core/support/error.h"
 #include "core/support/json_file.h"
 #include "core/support/stopwatch.h"
+#include "python/arrays.h"
 
 namespace py = pybind11;
 
 namespace burin {
 namespace {
 
-constexpr double kMostCoordinate = 1e30;  // as in mesh files
 constexpr double kMostGrey = 1e6;
-
-template <typename T>
-using Dense = py::array_t<T, py::array::c_style | py::array::forcecast>;
-
-// (N, 3) of real numbers, or of whole ones, as numpy has them; lists and other kinds of numbers are not
-// converted in silence.
-template <typename T>
-Dense<T> Rows3(const py::array& array, const std::string& name, const std::string& size,
-               const std::string& kinds, const std::string& what) {
-  if (array.ndim() != 2 || array.shape(1) != 3) {
-    throw InputError(name + ": must be an array of shape (" + size + ", 3)");
-  }
-  if (kinds.find(array.dtype().kind()) == std::string::npos) {
-    throw InputError(name + ": must be " + what + ", not " +
-                     py::str(array.dtype()).cast<std::string>());
-  }
-  return Dense<T>(array);
-}
 
 // Other Python threads run during the call.
 template <typename Call>
@@ -99,65 +81,6 @@ struct Options {
   PipelineOptions options;
   OptionSet set;
 };
-
-TriangleMesh MeshOf(const py::array& given_vertices, const py::array& given_faces) {
-  const auto vertices = Rows3<double>(given_vertices, "vertices", "V", "fiu", "real numbers");
-  const auto faces = Rows3<int64_t>(given_faces, "faces", "F", "iu", "whole numbers");
-  TriangleMesh mesh;
-  const auto v = vertices.unchecked<2>();
-  const auto f = faces.unchecked<2>();
-  for (py::ssize_t k = 0; k < v.shape(0); ++k)
-    mesh.vertices.emplace_back(v(k, 0), v(k, 1), v(k, 2));
-  for (py::ssize_t k = 0; k < f.shape(0); ++k) {
-    for (int c = 0; c < 3; ++c) {
-      if (f(k, c) < 0 || f(k, c) >= v.shape(0)) {
-        throw InputError("faces: row " + std::to_string(k) + " names vertex " +
-                         std::to_string(f(k, c)) + " of " + std::to_string(v.shape(0)));
-      }
-    }
-    mesh.faces.emplace_back(static_cast<int>(f(k, 0)), static_cast<int>(f(k, 1)),
-                            static_cast<int>(f(k, 2)));
-  }
-  if (mesh.faces.empty()) throw InputError("faces: there are none");
-  for (const Eigen::Vector3d& vertex : mesh.vertices) {
-    if (!(vertex.cwiseAbs().maxCoeff() < kMostCoordinate)) {
-      throw InputError("vertices: must be finite and below 1e30");
-    }
-  }
-  return mesh;
-}
-
-py::array_t<double> Array(const std::vector<Eigen::Vector3d>& points) {
-  py::array_t<double> array({static_cast<py::ssize_t>(points.size()), py::ssize_t{3}});
-  auto out = array.mutable_unchecked<2>();
-  for (size_t k = 0; k < points.size(); ++k) {
-    for (int c = 0; c < 3; ++c) out(static_cast<py::ssize_t>(k), c) = points[k][c];
-  }
-  return array;
-}
-
-py::array_t<int> Array(const std::vector<Eigen::Vector3i>& faces) {
-  py::array_t<int> array({static_cast<py::ssize_t>(faces.size()), py::ssize_t{3}});
-  auto out = array.mutable_unchecked<2>();
-  for (size_t k = 0; k < faces.size(); ++k) {
-    for (int c = 0; c < 3; ++c) out(static_cast<py::ssize_t>(k), c) = faces[k][c];
-  }
-  return array;
-}
-
-template <typename T>
-py::array_t<T> Array(const std::vector<T>& values) {
-  return py::array_t<T>(static_cast<py::ssize_t>(values.size()), values.data());
-}
-
-template <typename T>
-py::array_t<T> ImageArray(const cv::Mat& image) {
-  py::array_t<T> array({image.rows, image.cols});
-  for (int row = 0; row < image.rows; ++row) {
-    std::copy(image.ptr<T>(row), image.ptr<T>(row) + image.cols, array.mutable_data(row, 0));
-  }
-  return array;
-}
 
 py::object ParseJson(const std::string& text) {
   return py::module_::import("json").attr("loads")(text);
@@ -228,20 +151,6 @@ py::dict EventDict(const RefinementEvent& event) {
   dict["step_norm"] = event.iteration.step_norm;
   dict["accepted"] = event.iteration.accepted;
   return dict;
-}
-
-std::vector<CameraPair> PairsOf(const std::vector<std::pair<int, int>>& pairs) {
-  std::vector<CameraPair> result;
-  result.reserve(pairs.size());
-  for (const auto& [reference, second] : pairs) result.push_back({reference, second});
-  return result;
-}
-
-std::vector<std::pair<int, int>> PairTuples(const std::vector<CameraPair>& pairs) {
-  std::vector<std::pair<int, int>> result;
-  result.reserve(pairs.size());
-  for (const CameraPair& pair : pairs) result.emplace_back(pair.reference, pair.second);
-  return result;
 }
 
 // Python's signal handlers run between iterations, so that Ctrl-C ends a refinement; what they or the
