@@ -21,21 +21,25 @@ namespace {
 using testing::HasSubstr;
 
 struct CsvRow {
-  std::string strategy, level, round, iteration, evaluations, seconds, energy, rmse, accepted, note;
+  std::string mode, strategy, level, round, width, height, faces, unknowns, pairs, iteration,
+      evaluations, seconds, energy, rmse, accepted, note;
 };
 
 std::vector<CsvRow> ReadCsv(const std::string& text) {
   std::istringstream lines(text);
   std::string line;
   std::getline(lines, line);
-  EXPECT_EQ(line, "strategy,level,round,iteration,evaluations,seconds,energy,rmse,accepted,note");
+  EXPECT_EQ(line,
+            "mode,strategy,level,round,width,height,faces,unknowns,pairs,iteration,evaluations,"
+            "seconds,energy,rmse,accepted,note");
   std::vector<CsvRow> rows;
   while (std::getline(lines, line)) {
     std::istringstream fields(line);
     CsvRow row;
     for (std::string* field :
-         {&row.strategy, &row.level, &row.round, &row.iteration, &row.evaluations, &row.seconds,
-          &row.energy, &row.rmse, &row.accepted}) {
+         {&row.mode, &row.strategy, &row.level, &row.round, &row.width, &row.height, &row.faces,
+          &row.unknowns, &row.pairs, &row.iteration, &row.evaluations, &row.seconds, &row.energy,
+          &row.rmse, &row.accepted}) {
       std::getline(fields, *field, ',');
     }
     std::getline(fields, row.note);
@@ -49,37 +53,6 @@ double Number(const std::string& text) {
   const double value = std::strtod(text.c_str(), &end);
   EXPECT_TRUE(!text.empty() && *end == '\0') << "not a number: '" << text << "'";
   return value;
-}
-
-// Every tag is closed by its own, attributes are quoted, text has no stray < or &.
-void ExpectWellFormed(const std::string& xml) {
-  std::vector<std::string> open;
-  for (size_t at = 0; at < xml.size();) {
-    if (xml[at] == '&') {
-      const size_t end = xml.find(';', at);
-      ASSERT_TRUE(end != std::string::npos && end - at <= 6) << xml.substr(at, 20);
-      at = end + 1;
-      continue;
-    }
-    if (xml[at] != '<') {
-      ++at;
-      continue;
-    }
-    const size_t end = xml.find('>', at);
-    ASSERT_NE(end, std::string::npos);
-    const std::string tag = xml.substr(at + 1, end - at - 1);
-    ASSERT_EQ(tag.find('<'), std::string::npos) << tag;
-    EXPECT_EQ(std::count(tag.begin(), tag.end(), '"') % 2, 0) << tag;
-    if (tag[0] == '/') {
-      ASSERT_FALSE(open.empty()) << tag;
-      EXPECT_EQ("/" + open.back(), tag);
-      open.pop_back();
-    } else if (tag[0] != '?' && tag.back() != '/') {
-      open.push_back(tag.substr(0, tag.find_first_of(" \n")));
-    }
-    at = end + 1;
-  }
-  EXPECT_TRUE(open.empty()) << open.back();
 }
 
 class CompareTest : public ProgramTest {
@@ -128,6 +101,7 @@ TEST_F(CompareTest, FrozenRoundsAreTheSameForEveryStrategy) {
   std::map<std::tuple<std::string, std::string, std::string>, CsvRow> last;
   for (const CsvRow& row : ReadCsv(ReadAll(In("out/compare.csv")))) {
     ASSERT_EQ(row.note, "") << row.strategy;
+    EXPECT_EQ(row.mode, "frozen");
     const Round round(row.level, row.round);
     const auto key = std::make_tuple(row.strategy, row.level, row.round);
     EXPECT_GE(Number(row.rmse), 0);
@@ -173,20 +147,18 @@ TEST_F(CompareTest, FrozenRoundsAreTheSameForEveryStrategy) {
       EXPECT_GE(round["evaluations"], Number(row.evaluations)) << name;
       const double energy = round["energy_final"]["total"];
       EXPECT_NEAR(energy, Number(row.energy), 1e-6 * energy) << name;
+      EXPECT_EQ(round["image"], nlohmann::json({Number(row.width), Number(row.height)})) << name;
+      EXPECT_EQ(round["faces"], Number(row.faces)) << name;
+      EXPECT_EQ(round["unknowns"], Number(row.unknowns)) << name;
+      EXPECT_EQ(json["pairs"]["count"], Number(row.pairs)) << name;
       const double rmse = round["rmse_final"];
       EXPECT_NEAR(rmse, Number(row.rmse), 1e-9) << name << ": the last row is what it returned";
     }
     EXPECT_GT(entry["evaluation"]["scores"].size(), 0u) << name;
   }
   EXPECT_GT(best_share, 0.9);
-
-  for (const char* file : {"compare.svg", "rounds/level0_round0.svg", "rounds/level1_round0.svg"}) {
-    const std::string svg = ReadAll(In(std::string("out/") + file));
-    ExpectWellFormed(svg);
-    EXPECT_THAT(svg, HasSubstr("RMSE to truth"));
-    EXPECT_THAT(svg, HasSubstr("seconds of solving"));
-    EXPECT_THAT(svg, HasSubstr("dogleg"));
-  }
+  EXPECT_THAT(outcome.out, HasSubstr("\nto draw them, in burin's source folder: ./run charts " +
+                                     In("out") + "\n"));
 }
 
 TEST_F(CompareTest, RefusedStrategiesAreRowsAndDoNotStopTheOthers) {
@@ -205,6 +177,7 @@ TEST_F(CompareTest, RefusedStrategiesAreRowsAndDoNotStopTheOthers) {
     if (!row.note.empty()) {
       EXPECT_THAT(row.note, HasSubstr("8000"));
       EXPECT_EQ(row.energy, "");
+      EXPECT_GT(Number(row.unknowns), 8000);
     }
     EXPECT_EQ(row.rmse, "") << "there is no truth";
   }
@@ -213,7 +186,6 @@ TEST_F(CompareTest, RefusedStrategiesAreRowsAndDoNotStopTheOthers) {
   const nlohmann::json json = nlohmann::json::parse(ReadAll(In("out/compare.json")));
   EXPECT_EQ(json["strategies"][0]["status"], "refused");
   EXPECT_TRUE(json["strategies"][0]["energy_final"].is_null());
-  ExpectWellFormed(ReadAll(In("out/compare.svg")));
 
   std::filesystem::remove_all(In("out"));
   arguments.back() = "bfgs";
@@ -232,14 +204,14 @@ TEST_F(CompareTest, WholeRunsAreThoseOfRefine) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   std::map<std::string, CsvRow> last;
   for (const CsvRow& row : ReadCsv(ReadAll(In("out/compare.csv")))) {
+    EXPECT_EQ(row.mode, "whole");
+    EXPECT_GT(Number(row.faces), 0) << row.strategy;
     if (last.count(row.strategy) > 0) {
       EXPECT_GE(Number(row.seconds), Number(last[row.strategy].seconds));
       EXPECT_GE(Number(row.evaluations), Number(last[row.strategy].evaluations));
     }
     last[row.strategy] = row;
   }
-  ExpectWellFormed(ReadAll(In("out/compare.svg")));
-  EXPECT_FALSE(std::filesystem::exists(In("out/rounds")));
   const nlohmann::json json = nlohmann::json::parse(ReadAll(In("out/compare.json")));
   for (size_t k = 0; k < names.size(); ++k) {
     const nlohmann::json& entry = json["strategies"][k];

@@ -35,7 +35,7 @@ void AddSelectCommand(CLI::App* program);
 void AddDemoCommand(CLI::App* program);
 
 // burin compare-solvers SCENE_DIR --mesh M.ply [--truth T.ply] --output DIR: every strategy from the same
-// start; compare.csv, compare.json, compare.svg.
+// start; compare.csv, compare.json.
 void AddCompareCommand(CLI::App* program);
 
 // burin convert SCENE OUTPUT: as a COLMAP workspace or NAME.mvs.

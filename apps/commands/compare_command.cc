@@ -104,22 +104,19 @@ void CompareCommand::Run() {
   summary["seconds"] = watch.Seconds();
 
   WriteTextAtomically(folder / "compare.csv", ComparisonCsv(comparison));
-  for (const NamedChart& chart : ComparisonCharts(comparison)) {
-    MakeFolder((folder / chart.file).parent_path());
-    WriteTextAtomically(folder / chart.file, chart.svg);
-  }
   WriteTextAtomically(folder / "config.toml", ConfigText(set));
   WriteTextAtomically(folder / "compare.json", JsonText(summary));
   std::cout << ComparisonTable(comparison) << "wrote " << (folder / "compare.csv").string() << ", "
-            << (folder / "compare.json").string() << ", " << (folder / "compare.svg").string()
-            << "\n";
+            << (folder / "compare.json").string()
+            << "\nto draw them, in burin's source folder: ./run charts "
+            << std::filesystem::absolute(folder).string() << "\n";
 }
 
 }  // namespace
 
 void AddCompareCommand(CLI::App* program) {
   CLI::App* app = program->add_subcommand(
-      "compare-solvers", "run every strategy from the same start, as table, CSV and charts");
+      "compare-solvers", "run every strategy from the same start, as table, CSV and JSON");
   const auto command = std::make_shared<CompareCommand>();
   command->pipeline.Describe(&command->set);
   command->compare.Describe(&command->set);
@@ -130,8 +127,7 @@ void AddCompareCommand(CLI::App* program) {
   app->add_option("--truth", command->truth_path,
                   "mesh, or PLY point cloud: also measure the error, as burin evaluate does")
       ->option_text("FILE");
-  app->add_option("--output", command->output_path,
-                  "folder for compare.csv, compare.json, compare.svg and rounds/")
+  app->add_option("--output", command->output_path, "folder for compare.csv and compare.json")
       ->option_text("DIR (required)")
       ->required();
   BindOptions(&command->set, app, {{"compare.solvers", "--solvers"}});

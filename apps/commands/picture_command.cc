@@ -46,21 +46,18 @@ void PictureCommand::Run() const {
   const TriangleMesh measured = ReadMesh(mesh);
   CheckMeshIsSeen(views, measured, mesh);
   const Truth loaded = ReadTruth(truth);
-  const double reach =
-      options.max_distance > 0 ? options.max_distance * options.unit : 10 * largest;
-  const TriangleMesh placed =
-      options.align == "none"
-          ? measured
-          : Moved(measured, EvaluateMesh(measured, loaded, options).truth_from_mesh);
+  const TriangleMesh placed = Moved(measured, TruthFromMesh(measured, loaded, options));
   ColorScale scale;
   scale.min = -largest;
   scale.max = largest;
   scale.unit = options.unit;
   scale.label = "error";
-  WritePicture(output, SideBySide({RenderShaded(measured, from.camera),
-                                   RenderVertexScalar(measured, from.camera,
-                                                      VertexErrors(placed, loaded, reach), scale)},
-                                  {"", ""}));
+  WritePicture(output,
+               SideBySide({RenderShaded(measured, from.camera),
+                           RenderVertexScalar(
+                               measured, from.camera,
+                               VertexErrors(placed, loaded, options.MatchingDistance()), scale)},
+                          {"", ""}));
 }
 
 }  // namespace

@@ -7,13 +7,9 @@
 #include <sstream>
 
 #include "core/evaluate/evaluation_report.h"
-#include "core/image/svg_chart.h"
 
 namespace burin {
 namespace {
-
-constexpr double kLogFrom =
-    4;  // ratio of largest to smallest value from which an axis is logarithmic
 
 double EnergyOf(const nlohmann::json& by_term) { return by_term["total"].get<double>(); }
 
@@ -76,67 +72,23 @@ std::string Formatted(const char* format, double value) {
   return text;
 }
 
-// The four panels over the rows that `wanted` takes.
-template <typename Wanted>
-ChartPage Page(const Comparison& comparison, const Wanted& wanted) {
-  ChartPage page;
-  std::vector<ChartSeries> series[4];
-  for (const ComparedStrategy& strategy : comparison.strategies) {
-    ChartSeries curves[4];
-    for (const ComparisonRow& row : comparison.rows) {
-      if (row.strategy != strategy.name || !wanted(row)) continue;
-      for (int k = 0; k < 4; ++k) {
-        curves[k].x.push_back(k % 2 == 0 ? static_cast<double>(row.evaluations) : row.seconds);
-        curves[k].y.push_back(k < 2 ? row.energy : row.rmse);
-      }
-    }
-    if (curves[0].x.empty()) continue;
-    for (int k = 0; k < 4; ++k) {
-      curves[k].style = page.names.size();
-      series[k].push_back(curves[k]);
-    }
-    page.names.push_back(strategy.name);
+const ComparedRound* FindRound(const ComparedStrategy& strategy, int level, int round) {
+  for (const ComparedRound& one : strategy.rounds) {
+    if (one.level == level && one.round == round) return &one;
   }
-  for (int k = 0; k < (comparison.has_truth ? 4 : 2); ++k) {
-    ChartPanel panel;
-    panel.x_label = k % 2 == 0 ? "evaluations" : "seconds of solving";
-    panel.y_label = k < 2 ? "energy" : "RMSE to truth, world units";
-    panel.log_x = WantsLogAxis(series[k], true, kLogFrom);
-    panel.log_y = WantsLogAxis(series[k], false, kLogFrom);
-    panel.series = series[k];
-    page.panels.push_back(panel);
-  }
-  return page;
+  return nullptr;
 }
 
-// A strategy that rises far above the start that all share would flatten the others' curves.
-void CutFarAboveTheStart(ChartPanel* panel) {
-  double start = std::numeric_limits<double>::quiet_NaN();
-  double lowest = std::numeric_limits<double>::infinity();
-  for (const ChartSeries& series : panel->series) {
-    for (const double y : series.y) {
-      if (!std::isfinite(y)) continue;
-      if (!std::isfinite(start)) start = y;
-      lowest = std::min(lowest, y);
-    }
+// The fields from `width` to `pairs`; sizes are empty where there is no such round.
+std::string SizeFields(const Comparison& comparison, const ComparedRound* round) {
+  std::ostringstream fields;
+  if (round == nullptr) {
+    fields << ",,,";
+  } else {
+    fields << round->width << ',' << round->height << ',' << round->faces << ',' << round->unknowns;
   }
-  if (!(lowest < start)) return;
-  panel->max_y = start + 0.5 * (start - lowest);
-  if (panel->max_y < kLogFrom * lowest) panel->log_y = false;
-}
-
-ChartPage RoundPage(const Comparison& comparison, const ComparedRound& round) {
-  ChartPage page = Page(comparison, [&](const ComparisonRow& row) {
-    return row.level == round.level && row.round == round.round;
-  });
-  page.title = "Strategies on one frozen round: level " + std::to_string(round.level) + " (" +
-               std::to_string(round.width) + "x" + std::to_string(round.height) + "), round " +
-               std::to_string(round.round + 1);
-  page.subtitle = std::to_string(round.faces) + " faces, " + std::to_string(round.unknowns) +
-                  " unknowns, " + std::to_string(comparison.selection.pairs.size()) +
-                  " pairs; the same vertices at the start; a mark an iteration";
-  for (ChartPanel& panel : page.panels) CutFarAboveTheStart(&panel);
-  return page;
+  fields << ',' << comparison.selection.pairs.size();
+  return fields.str();
 }
 
 }  // namespace
@@ -144,21 +96,29 @@ ChartPage RoundPage(const Comparison& comparison, const ComparedRound& round) {
 std::string ComparisonCsv(const Comparison& comparison) {
   std::ostringstream csv;
   csv.precision(12);
-  csv << "strategy,level,round,iteration,evaluations,seconds,energy,rmse,accepted,note\n";
-  for (const ComparisonRow& row : comparison.rows) {
-    csv << row.strategy << ',' << row.level << ',' << row.round << ',' << row.iteration << ','
-        << row.evaluations << ',' << Formatted("%.6f", row.seconds) << ',' << row.energy << ',';
-    if (std::isfinite(row.rmse)) csv << row.rmse;
-    csv << ',' << (row.accepted ? 1 : 0) << ",\n";
+  csv << "mode,strategy,level,round,width,height,faces,unknowns,pairs,iteration,evaluations,"
+         "seconds,energy,rmse,accepted,note\n";
+  const std::string& mode = comparison.options.mode;
+  for (const ComparedStrategy& strategy : comparison.strategies) {
+    for (const ComparisonRow& row : comparison.rows) {
+      if (row.strategy != strategy.name) continue;
+      csv << mode << ',' << row.strategy << ',' << row.level << ',' << row.round << ','
+          << SizeFields(comparison, FindRound(strategy, row.level, row.round)) << ','
+          << row.iteration << ',' << row.evaluations << ',' << Formatted("%.6f", row.seconds) << ','
+          << row.energy << ',';
+      if (std::isfinite(row.rmse)) csv << row.rmse;
+      csv << ',' << (row.accepted ? 1 : 0) << ",\n";
+    }
   }
   for (const ComparedStrategy& strategy : comparison.strategies) {
     for (const ComparedRound& round : strategy.rounds) {
       if (round.reason.empty()) continue;
-      csv << strategy.name << ',' << round.level << ',' << round.round << ",,,,,,,"
-          << Quoted(round.reason) << '\n';
+      csv << mode << ',' << strategy.name << ',' << round.level << ',' << round.round << ','
+          << SizeFields(comparison, &round) << ",,,,,,," << Quoted(round.reason) << '\n';
     }
     if (!strategy.reason.empty()) {
-      csv << strategy.name << ",,,,,,,,," << Quoted(strategy.reason) << '\n';
+      csv << mode << ',' << strategy.name << ",,," << SizeFields(comparison, nullptr) << ",,,,,,,"
+          << Quoted(strategy.reason) << '\n';
     }
   }
   return csv.str();
@@ -259,39 +219,6 @@ std::string ComparisonTable(const Comparison& comparison) {
     table += "\n";
   }
   return table;
-}
-
-std::vector<NamedChart> ComparisonCharts(const Comparison& comparison) {
-  if (comparison.options.mode == "whole") {
-    ChartPage page = Page(comparison, [](const ComparisonRow&) { return true; });
-    page.title = "Whole runs of each strategy";
-    page.subtitle =
-        "energies of different rounds and strategies do not compare (own visibility); " +
-        std::to_string(comparison.selection.pairs.size()) + " pairs";
-    return {{"compare.svg", SvgText(page)}};
-  }
-  std::vector<NamedChart> charts;
-  double largest = -1;
-  std::string main_chart;
-  for (size_t r = 0; r < comparison.strategies.front().rounds.size(); ++r) {
-    const ComparedRound* solved = nullptr;
-    for (const ComparedStrategy& strategy : comparison.strategies) {
-      if (strategy.rounds[r].reason.empty()) solved = &strategy.rounds[r];
-    }
-    if (solved == nullptr) continue;
-    const std::string name = "rounds/level" + std::to_string(solved->level) + "_round" +
-                             std::to_string(solved->round) + ".svg";
-    charts.push_back({name, SvgText(RoundPage(comparison, *solved))});
-    const double start = EnergyOf(solved->trial.energy_initial);
-    const double share =
-        start > 0 ? 1 - BestEnergy(comparison, solved->level, solved->round) / start : 0;
-    if (share > largest) {
-      largest = share;
-      main_chart = charts.back().svg;
-    }
-  }
-  if (!charts.empty()) charts.insert(charts.begin(), NamedChart{"compare.svg", main_chart});
-  return charts;
 }
 
 }  // namespace burin

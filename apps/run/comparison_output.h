@@ -1,18 +1,20 @@
-// The files of a comparison of strategies: compare.csv, compare.json and charts.
+// The files of a comparison of strategies: compare.csv and compare.json. `apps/study charts` draws the
+// first, so it holds all that a chart says.
 #pragma once
 
 #include <nlohmann/json.hpp>
 #include <string>
-#include <vector>
 
 #include "apps/run/solver_comparison.h"
 
 namespace burin {
 
-// strategy,level,round,iteration,evaluations,seconds,energy,rmse,accepted,note
+// mode,strategy,level,round,width,height,faces,unknowns,pairs,iteration,evaluations,seconds,energy,
+// rmse,accepted,note
 // A line an iteration (see ComparisonRow), then a line for each round, or run, without a result, with
-// the reason in quotes as the note and the other fields empty. rmse is empty where it was not
-// measured. `level` is that of level.finest: 0 = full resolution.
+// the reason in quotes as the note and the fields from `iteration` on empty; of a run also `level` to
+// `unknowns`. rmse is empty where it was not measured. `level` is that of level.finest: 0 = full
+// resolution; `width` and `height` are those of its first view.
 std::string ComparisonCsv(const Comparison& comparison);
 
 // Over the rounds of a strategy that have a result. `reduction_share` is the mean over them of
@@ -36,15 +38,5 @@ nlohmann::ordered_json ComparisonJson(const Comparison& comparison);
 
 // A line a strategy.
 std::string ComparisonTable(const Comparison& comparison);
-
-struct NamedChart {
-  std::string file;  // relative to the output folder
-  std::string svg;
-};
-
-// compare.svg: energy and, with a truth, error, against evaluations and against seconds. Mode whole
-// has this one over the whole run. Mode frozen has one a round, rounds/level<L>_round<R>.svg, and
-// compare.svg repeats that of the round whose energy falls most, as a share of its start.
-std::vector<NamedChart> ComparisonCharts(const Comparison& comparison);
 
 }  // namespace burin

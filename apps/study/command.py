@@ -1,4 +1,4 @@
-"""The command line of studies: run, plan, and the parts that the Snakefile calls."""
+"""The command line of studies: run, plan, charts, and the parts that the Snakefile calls."""
 
 import argparse
 import fcntl
@@ -87,6 +87,15 @@ def verdict(output: Path) -> int:
     return 1 if failed else 0
 
 
+def charts(folder: Path) -> int:
+    """The charts of a comparison of strategies, into its folder."""
+    from study.comparison import draw_comparison
+    written = draw_comparison(folder)
+    more = f" and {len(written) - 1} of single rounds in {written[1].parent}" if written[1:] else ""
+    print(f"study: wrote {written[0]}{more}")
+    return 0
+
+
 def parser() -> argparse.ArgumentParser:
     """The command line."""
     top = argparse.ArgumentParser(prog="study", description=__doc__)
@@ -106,6 +115,8 @@ def parser() -> argparse.ArgumentParser:
             sub.add_argument("--cores", type=int, default=os.cpu_count(), metavar="N",
                              help="cores to use (default: all)")
             sub.epilog = "What follows -- is handed to snakemake in place of --cores."
+    comparison = commands.add_parser("charts", help="draw what burin compare-solvers found")
+    comparison.add_argument("folder", metavar="DIR", help="its output folder, with compare.csv")
     job = commands.add_parser("job", help="one job of the Snakefile, in the study's folder")
     job.add_argument("stage")
     job.add_argument("instance")
@@ -130,6 +141,8 @@ def main(argv: list[str]) -> int:
             return run(arguments)
         if arguments.command == "plan":
             return plan(arguments)
+        if arguments.command == "charts":
+            return charts(Path(arguments.folder))
         if arguments.command == "job":
             from study.jobs import run_job
             run_job(here, arguments.stage, arguments.instance, arguments.variant, arguments.threads)

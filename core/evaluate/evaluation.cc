@@ -122,9 +122,15 @@ SurfaceSamples SamplesOf(const TriangleMesh& mesh, int count, std::uint64_t seed
   return samples;
 }
 
-// What lays mesh samples onto the truth.
-Alignment FitToTruth(const TriangleMesh& mesh, const Side& truth, double reach,
+// What lays mesh samples onto the truth; nothing moves where no alignment is asked for.
+Alignment FitToTruth(const TriangleMesh& mesh, const Side& truth,
                      const EvaluationOptions& options) {
+  if (options.align == "none") {
+    Alignment none;
+    none.converged = true;
+    return none;
+  }
+  const double reach = 0.5 * options.MatchingDistance();
   const SurfaceSamples samples = SamplesOf(mesh, std::min(kFitSamples, options.sample_count),
                                            static_cast<std::uint64_t>(options.seed) + 1, "mesh");
   const PlaneOf plane_of = [&](int index, const Eigen::Vector3d& point,
@@ -159,8 +165,7 @@ struct Protocol {
     }
     to_plane = options.distance == "plane" ||
                (options.distance == "auto" && truth.HasNormals() && !truth.IsMesh());
-    max_distance =
-        options.max_distance > 0 ? options.max_distance * options.unit : 10 * thresholds.back();
+    max_distance = options.MatchingDistance();
   }
   std::vector<double> thresholds;  // world units
   bool to_plane = false;
@@ -208,6 +213,10 @@ std::vector<double> EvaluationOptions::Thresholds() const {
   return thresholds;
 }
 
+double EvaluationOptions::MatchingDistance() const {
+  return max_distance > 0 ? max_distance * unit : 10 * Thresholds().back();
+}
+
 Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
                         const EvaluationOptions& options, const std::vector<char>& flags) {
   const Protocol protocol(truth, options);
@@ -229,18 +238,15 @@ Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
   const auto seed = static_cast<std::uint64_t>(options.seed);
   const SurfaceSamples samples = SamplesOf(mesh, options.sample_count, seed, "mesh");
   const Side truth_side = SideOf(truth);
-  TriangleMesh moved;
-  if (options.align != "none") {
-    const Alignment fit = FitToTruth(mesh, truth_side, 0.5 * evaluation.max_distance, options);
-    evaluation.truth_from_mesh = fit.motion;
-    evaluation.fit_converged = fit.converged;
-    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-    for (const Eigen::Vector3d& point : samples.points) centre += point;
-    centre /= static_cast<double>(samples.points.size());
-    evaluation.fit_shift = (fit.motion * centre - centre).norm();
-    moved = Moved(mesh, fit.motion);
-  }
-  const Side mesh_side(options.align == "none" ? mesh : moved);
+  const Alignment fit = FitToTruth(mesh, truth_side, options);
+  evaluation.truth_from_mesh = fit.motion;
+  evaluation.fit_converged = fit.converged;
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& point : samples.points) centre += point;
+  centre /= static_cast<double>(samples.points.size());
+  evaluation.fit_shift = (fit.motion * centre - centre).norm();
+  const TriangleMesh moved = Moved(mesh, fit.motion);
+  const Side mesh_side(moved);
 
   const Distances from_mesh = MeasureDistances(samples.points, evaluation.truth_from_mesh,
                                                truth_side, evaluation.max_distance);
@@ -275,6 +281,13 @@ Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
   return evaluation;
 }
 
+Similarity TruthFromMesh(const TriangleMesh& mesh, const Truth& truth,
+                         const EvaluationOptions& options) {
+  if (options.align == "none") return {};  // without a search structure
+  CheckTruth(truth);
+  return FitToTruth(mesh, SideOf(truth), options).motion;
+}
+
 struct AccuracyMeter::Data {
   Data(const Truth& truth, const EvaluationOptions& o)
       : options(o), protocol(truth, o), side(SideOf(truth)) {}
@@ -293,10 +306,7 @@ DistanceStatistics AccuracyMeter::Measure(const TriangleMesh& mesh) const {
   const double max_distance = data_->protocol.max_distance;
   const SurfaceSamples samples =
       SamplesOf(mesh, options.sample_count, static_cast<std::uint64_t>(options.seed), "mesh");
-  Similarity truth_from_mesh;
-  if (options.align != "none") {
-    truth_from_mesh = FitToTruth(mesh, data_->side, 0.5 * max_distance, options).motion;
-  }
+  const Similarity truth_from_mesh = FitToTruth(mesh, data_->side, options).motion;
   const Distances distances =
       MeasureDistances(samples.points, truth_from_mesh, data_->side, max_distance);
   return StatisticsOf(data_->protocol.to_plane ? distances.plane : distances.point);

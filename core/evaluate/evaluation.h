@@ -58,6 +58,8 @@ struct EvaluationOptions {
   // The thresholds in world units, ascending. Throws InputError unless tau is a list of positive
   // numbers separated by commas.
   std::vector<double> Thresholds() const;
+  // The matching distance in world units. Throws as Thresholds() does.
+  double MatchingDistance() const;
 };
 
 struct ThresholdScore {
@@ -105,6 +107,11 @@ struct Evaluation {
 Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
                         const EvaluationOptions& options = {}, const std::vector<char>& flags = {});
 
+// The alignment of EvaluateMesh() alone; the identity where none is asked for. Throws InputError when
+// there is nothing to align or it finds no counterparts.
+Similarity TruthFromMesh(const TriangleMesh& mesh, const Truth& truth,
+                         const EvaluationOptions& options);
+
 // The accuracy of many meshes against one truth: keeps the truth's search structure. Measure() is
 // EvaluateMesh(mesh, truth, options).accuracy.
 class AccuracyMeter {
@@ -129,7 +136,7 @@ double RmseToTruthMesh(const TriangleMesh& mesh, const TriangleMesh& truth,
 // Signed distance of every vertex to the truth, world units, for pictures: positive on the side the
 // truth's normals point to; for a cloud with normals the signed plane distance to its nearest
 // point; for a cloud without, the unsigned distance. NaN where nothing is within max_distance.
-// After an evaluation with an alignment, pass Moved(mesh, evaluation.truth_from_mesh).
+// Where the mesh is to be aligned first, pass Moved(mesh, TruthFromMesh(...)).
 std::vector<double> VertexErrors(const TriangleMesh& mesh, const Truth& truth,
                                  double max_distance = std::numeric_limits<double>::infinity());
 
