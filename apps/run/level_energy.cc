@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
-#include <set>
-#include <utility>
 
 #include "core/refine/frozen_round.h"
 #include "core/refine/round.h"
@@ -14,7 +12,6 @@
 #include "core/support/parallel.h"
 
 namespace burin {
-
 namespace {
 
 void CheckLevel(const Scene& scene, int level, int window) {
@@ -31,23 +28,6 @@ void CheckLevel(const Scene& scene, int level, int window) {
   }
 }
 
-void CheckPairs(const Scene& scene, const std::vector<CameraPair>& pairs) {
-  std::set<std::pair<int, int>> present;
-  for (const CameraPair& pair : pairs) {
-    for (const int view : {pair.reference, pair.second}) {
-      if (view < 0 || view >= static_cast<int>(scene.views.size())) {
-        throw InputError("pairs: there is no view " + std::to_string(view));
-      }
-    }
-    const std::string name =
-        "(" + std::to_string(pair.reference) + ", " + std::to_string(pair.second) + ")";
-    if (pair.reference == pair.second) throw InputError("pairs: " + name + " is one view twice");
-    if (!present.emplace(pair.reference, pair.second).second) {
-      throw InputError("pairs: " + name + " appears twice");
-    }
-  }
-}
-
 }  // namespace
 
 struct LevelEnergy::Impl {
@@ -57,7 +37,7 @@ struct LevelEnergy::Impl {
     options.Check();
     SetThreadCount(options.threads);
     CheckLevel(scene, level, options.photo.window);
-    CheckPairs(scene, pairs);
+    if (const std::string fault = PairsFault(pairs, scene); !fault.empty()) throw InputError(fault);
     footprint = MedianFootprint(scene, world);
     if (footprint <= 0) throw InputError("no vertex of the mesh projects into any of the views");
     origin = BoundingBox(world).center();
