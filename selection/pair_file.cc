@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <map>
-#include <set>
 #include <sstream>
-#include <utility>
 
 #include "core/support/error.h"
 #include "core/support/json_file.h"
@@ -64,19 +62,16 @@ std::vector<CameraPair> ReadPairFile(const std::filesystem::path& path, const Sc
     views[scene.views[i].name] = static_cast<int>(i);
   }
   std::vector<CameraPair> pairs;
-  std::set<std::pair<int, int>> present;
   for (const nlohmann::json& entry : json["pairs"]) {
     const std::string element = "pairs[" + std::to_string(pairs.size()) + "]";
     const int reference = ViewNamed(entry, "reference", views, path, element);
     const int second = ViewNamed(entry, "second", views, path, element);
-    const std::string names = scene.views[reference].name + ", " + scene.views[second].name;
-    if (reference == second) throw InputError(path, element + " = " + names + ": one view twice");
-    if (!present.emplace(reference, second).second) {
-      throw InputError(path, element + " = " + names + ": appears twice");
-    }
     pairs.push_back({reference, second});
   }
   if (pairs.empty()) throw InputError(path, "pairs: is empty");
+  if (const std::string fault = PairsFault(pairs, scene); !fault.empty()) {
+    throw InputError(path, fault);
+  }
   return pairs;
 }
 

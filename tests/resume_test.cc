@@ -235,6 +235,11 @@ TEST_F(ResumeTest, WhatCannotBeResumedIsRefused) {
     Write("run/checkpoint.cbor", broken);
     ExpectRefused(Resume("run"), {"run/checkpoint.cbor"});
   }
+  std::string older = whole;
+  const std::string key = "burin_checkpoint";
+  older.at(older.find(key) + key.size()) -= 1;  // the version, a CBOR number below 24
+  Write("run/checkpoint.cbor", older);
+  ExpectRefused(Resume("run"), {"run/checkpoint.cbor: version is ", ": written by another burin"});
 }
 
 }  // namespace

@@ -1,11 +1,15 @@
 #include "apps/run/checkpoint.h"
 
+// The functions themselves: no library to link, and the state needs no heap.
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <array>
+#include <cinttypes>
 #include <cstdio>
 #include <exception>
-#include <functional>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
-#include <string_view>
 #include <utility>
 
 #include "core/support/atomic_file.h"
@@ -25,43 +29,40 @@ namespace {
 using nlohmann::json;
 
 // Raise it whenever the content of the file changes: a program reads checkpoints of its own version only.
-constexpr int kVersion = 2;
+constexpr int kVersion = 3;
 
-class Fingerprint {
- public:
-  void Add(const void* data, size_t bytes) {
-    const size_t hash =
-        std::hash<std::string_view>()(std::string_view(static_cast<const char*>(data), bytes));
-    value_ = (value_ ^ hash) * 0x9E3779B97F4A7C15U;
-    value_ ^= value_ >> 29U;
-  }
-  std::string Text() const {
-    char text[24];
-    std::snprintf(text, sizeof(text), "%016zx", value_);
-    return text;
-  }
+std::string Hexadecimal(uint64_t number) {
+  char text[24];
+  std::snprintf(text, sizeof(text), "%016" PRIx64, number);
+  return text;
+}
 
- private:
-  size_t value_ = 0;
-};
+std::string Hash(const std::vector<uint8_t>& bytes) {
+  return Hexadecimal(XXH3_64bits(bytes.data(), bytes.size()));
+}
 
 }  // namespace
 
 std::string InputsFingerprint(const Scene& scene, const TriangleMesh& mesh) {
-  Fingerprint fingerprint;
+  XXH3_state_t hash;
+  XXH3_64bits_reset(&hash);
+  const auto add = [&hash](const void* data, size_t bytes) {
+    XXH3_64bits_update(&hash, data, bytes);
+  };
+  const auto add_image = [&add](const cv::Mat& image) {
+    const std::array<int, 3> shape = {image.rows, image.cols, image.type()};
+    add(shape.data(), sizeof(shape));
+    for (int row = 0; row < image.rows; ++row) add(image.ptr(row), image.cols * image.elemSize());
+  };
   for (const View& view : scene.views) {
     const Eigen::Matrix<double, 3, 4> projection = view.camera.ProjectionMatrix();
-    fingerprint.Add(projection.data(), sizeof(projection));
-    for (int row = 0; row < view.mask.rows; ++row) {
-      fingerprint.Add(view.mask.ptr(row), view.mask.cols);
-    }
-    for (int row = 0; row < view.gray.rows; ++row) {
-      fingerprint.Add(view.gray.ptr(row), view.gray.cols * view.gray.elemSize());
-    }
+    add(projection.data(), sizeof(projection));
+    add_image(view.mask);
+    add_image(view.gray);
   }
-  fingerprint.Add(mesh.vertices.data(), mesh.vertices.size() * sizeof(mesh.vertices[0]));
-  fingerprint.Add(mesh.faces.data(), mesh.faces.size() * sizeof(mesh.faces[0]));
-  return fingerprint.Text();
+  add(mesh.vertices.data(), mesh.vertices.size() * sizeof(mesh.vertices[0]));
+  add(mesh.faces.data(), mesh.faces.size() * sizeof(mesh.faces[0]));
+  return Hexadecimal(XXH3_64bits_digest(&hash));
 }
 
 std::filesystem::path CheckpointPath(const std::filesystem::path& output_folder) {
@@ -82,10 +83,8 @@ void WriteCheckpoint(const std::filesystem::path& path, const Checkpoint& checkp
                {"events", checkpoint.events}};
   if (checkpoint.state) body["state"] = json::binary(StateBytes(*checkpoint.state));
   std::vector<uint8_t> body_bytes = json::to_cbor(body);
-  Fingerprint hash;
-  hash.Add(body_bytes.data(), body_bytes.size());
   const json file = {{"burin_checkpoint", kVersion},
-                     {"hash", hash.Text()},
+                     {"hash", Hash(body_bytes)},
                      {"body", json::binary(std::move(body_bytes))}};
   const std::vector<uint8_t> bytes = json::to_cbor(file);
   WriteTextDurably(path, std::string(bytes.begin(), bytes.end()));
@@ -101,9 +100,7 @@ Checkpoint ReadCheckpoint(const std::filesystem::path& path) {
                                  std::to_string(kVersion) + ": written by another burin");
     }
     const std::vector<uint8_t>& body_bytes = file.at("body").get_binary();
-    Fingerprint hash;
-    hash.Add(body_bytes.data(), body_bytes.size());
-    if (file.at("hash") != hash.Text()) throw std::runtime_error("its bytes were changed");
+    if (file.at("hash") != Hash(body_bytes)) throw std::runtime_error("its bytes were changed");
     const json body = ReadCbor(body_bytes.data(), body_bytes.size());
     body.at("scene").get_to(checkpoint.source.scene);
     body.at("images").get_to(checkpoint.source.images);

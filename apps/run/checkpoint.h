@@ -28,7 +28,7 @@ struct Checkpoint {
   std::optional<RefinementState> state;  // after the last finished round; none before the first
 };
 
-// Tells changed inputs apart: a hash of cameras, grey images and mesh.
+// Tells changed inputs apart: XXH3 of cameras, masks, grey images and mesh, in hexadecimal.
 std::string InputsFingerprint(const Scene& scene, const TriangleMesh& mesh);
 
 std::filesystem::path CheckpointPath(const std::filesystem::path& output_folder);

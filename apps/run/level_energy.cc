@@ -4,7 +4,6 @@
 #include <cmath>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "core/refine/frozen_round.h"
@@ -16,7 +15,6 @@
 #include "core/support/parallel.h"
 
 namespace burin {
-
 namespace {
 
 void CheckLevel(const Scene& scene, int level, int window) {
@@ -33,23 +31,6 @@ void CheckLevel(const Scene& scene, int level, int window) {
   }
 }
 
-void CheckPairs(const Scene& scene, const std::vector<CameraPair>& pairs) {
-  std::set<std::pair<int, int>> present;
-  for (const CameraPair& pair : pairs) {
-    for (const int view : {pair.reference, pair.second}) {
-      if (view < 0 || view >= static_cast<int>(scene.views.size())) {
-        throw InputError("pairs: there is no view " + std::to_string(view));
-      }
-    }
-    const std::string name =
-        "(" + std::to_string(pair.reference) + ", " + std::to_string(pair.second) + ")";
-    if (pair.reference == pair.second) throw InputError("pairs: " + name + " is one view twice");
-    if (!present.emplace(pair.reference, pair.second).second) {
-      throw InputError("pairs: " + name + " appears twice");
-    }
-  }
-}
-
 }  // namespace
 
 struct LevelEnergy::Impl {
@@ -59,7 +40,7 @@ struct LevelEnergy::Impl {
     options.Check();
     SetThreadCount(options.threads);
     CheckLevel(scene, level, options.photo.window);
-    CheckPairs(scene, pairs);
+    if (const std::string fault = PairsFault(pairs, scene); !fault.empty()) throw InputError(fault);
     normalized = NormalizedWorld::Of(scene, world);
     if (normalized.footprint <= 0) {
       throw InputError("no vertex of the mesh projects into any of the views");

@@ -143,35 +143,25 @@ bool FitSimilarity(const std::vector<Eigen::Vector3d>& source,
     *error = "similarity: " + std::to_string(source.size()) + " pairs of points, at least 3 needed";
     return false;
   }
-  const double count = static_cast<double>(source.size());
-  Eigen::Vector3d source_mean = Eigen::Vector3d::Zero();
-  Eigen::Vector3d target_mean = Eigen::Vector3d::Zero();
-  for (size_t k = 0; k < source.size(); ++k) {
-    source_mean += source[k];
-    target_mean += target[k];
-  }
-  source_mean /= count;
-  target_mean /= count;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  double variance = 0;
-  for (size_t k = 0; k < source.size(); ++k) {
-    const Eigen::Vector3d from = source[k] - source_mean;
-    covariance += (target[k] - target_mean) * from.transpose() / count;
-    variance += from.squaredNorm() / count;
-  }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Vector3d& singular = svd.singularValues();  // descending
+  const auto columns = [](const std::vector<Eigen::Vector3d>& points) {
+    return Eigen::Map<const Eigen::Matrix3Xd>(points[0].data(), 3,
+                                              static_cast<Eigen::Index>(points.size()));
+  };
+  const auto from = columns(source);
+  const auto to = columns(target);
+  // umeyama() returns some rotation for points on a line, and does not say so.
+  const Eigen::Matrix3d covariance =
+      (to.colwise() - to.rowwise().mean()) * (from.colwise() - from.rowwise().mean()).transpose();
+  const Eigen::Vector3d singular = covariance.jacobiSvd().singularValues();  // descending
   if (!(singular[1] > 1e-12 * singular[0])) {
     *error = "similarity: the points coincide or lie on a line";
     return false;
   }
-  Eigen::Vector3d signs(1, 1, 1);
-  if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) signs[2] = -1;
-  Similarity& fit = *target_from_source;
-  fit.rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
-  fit.scale = singular.dot(signs) / variance;
-  fit.translation = target_mean - fit.scale * (fit.rotation * source_mean);
+  const Eigen::Matrix4d fit = Eigen::umeyama(from, to);
+  const Eigen::Matrix3d scaled_rotation = fit.topLeftCorner<3, 3>();
+  target_from_source->scale = scaled_rotation.col(0).norm();
+  target_from_source->rotation = scaled_rotation / target_from_source->scale;
+  target_from_source->translation = fit.topRightCorner<3, 1>();
   return true;
 }
 

@@ -2,9 +2,12 @@
 // (i, j) and (j, i) are different pairs; both may be selected.
 #pragma once
 
+#include <string>
 #include <vector>
 
 namespace burin {
+
+struct Scene;
 
 struct CameraPair {
   int reference = -1;  // i: its pixels are the domain of the photometric error
@@ -14,5 +17,9 @@ struct CameraPair {
 inline bool operator==(const CameraPair& a, const CameraPair& b) {
   return a.reference == b.reference && a.second == b.second;
 }
+
+// What is wrong with pairs that come from outside: a view that the scene has not, a view paired with
+// itself or a pair that repeats. "pairs[1] = a.jpg, b.jpg: appears twice"; empty when nothing is.
+std::string PairsFault(const std::vector<CameraPair>& pairs, const Scene& scene);
 
 }  // namespace burin

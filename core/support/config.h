@@ -2,9 +2,8 @@
 // a file, so nothing in it may pass unnoticed: an unknown key, a key set twice, a value of another
 // type or out of range is an error that names file, line and key.
 //
-// The part of TOML 1.0 that options need: comments, [group] tables, bare and dotted keys, basic and
-// literal strings on one line, booleans, decimal integers and floats. The rest of TOML (arrays,
-// inline tables, dates, multi-line strings, quoted keys) is recognised and refused.
+// toml++ reads it: TOML 1.0. Arrays, inline tables and dates are refused, since no option takes one.
+// toml++ cannot write comments, so ConfigText() puts the file together and leaves values to it.
 #pragma once
 
 #include <filesystem>
@@ -16,14 +15,15 @@ namespace burin {
 
 // Assigns every key of the file to the option of that full name. A whole number is accepted for a
 // real option, not the reverse. Options that the file does not name keep their value. Throws
-// InputError "FILE:LINE: key: reason"; the options are then partly assigned.
+// InputError "FILE:LINE: key: reason", or "FILE:LINE: the line: reason" for what is not TOML; the
+// options are then partly assigned.
 void ReadConfig(const std::filesystem::path& path, OptionSet* set);
 
 // The same for text at hand; `name` stands for the file in errors.
 void ParseConfig(const std::string& text, const std::string& name, OptionSet* set);
 
 // Every option as a TOML file, help and constraint as comments, that ParseConfig() reads back to
-// identical values.
+// identical values. Text that is not UTF-8 does not: TOML has no way to hold it.
 std::string ConfigText(const OptionSet& set);
 
 }  // namespace burin

@@ -91,57 +91,59 @@ class Bytes {
   std::string element_;
 };
 
-std::vector<ColmapCamera> ReadCameras(const std::filesystem::path& path) {
+// A file: a count, then elements that begin with their id; read(bytes, element) takes the rest of one.
+template <typename Element, typename ReadRest>
+std::vector<Element> ReadElements(const std::filesystem::path& path, const char* name,
+                                  const char* id_field, std::size_t least_bytes,
+                                  const ReadRest& read) {
   Bytes bytes(path);
-  std::vector<ColmapCamera> cameras(bytes.ReadCount(kCameraBytes, "number of cameras"));
-  for (ColmapCamera& camera : cameras) {
-    camera.id = bytes.Read<std::uint32_t>("CAMERA_ID");
-    bytes.SetElement("camera " + std::to_string(camera.id));
-    camera.model = FindCameraModel(bytes.Read<std::int32_t>("MODEL"), camera.id, path);
-    camera.width = bytes.Read<std::uint64_t>("WIDTH");
-    camera.height = bytes.Read<std::uint64_t>("HEIGHT");
-    for (int i = 0; i < camera.model->ParameterCount(); ++i) {
-      camera.parameters.push_back(bytes.Read<double>("PARAMS"));
-    }
+  const std::string count_field = "number of " + std::string(name) + "s";
+  std::vector<Element> elements(bytes.ReadCount(least_bytes, count_field.c_str()));
+  for (Element& element : elements) {
+    element.id = bytes.Read<decltype(element.id)>(id_field);
+    bytes.SetElement(name + (" " + std::to_string(element.id)));
+    read(&bytes, &element);
   }
   bytes.ExpectEnd();
-  return cameras;
+  return elements;
+}
+
+std::vector<ColmapCamera> ReadCameras(const std::filesystem::path& path) {
+  return ReadElements<ColmapCamera>(
+      path, "camera", "CAMERA_ID", kCameraBytes, [&path](Bytes* bytes, ColmapCamera* camera) {
+        camera->model = FindCameraModel(bytes->Read<std::int32_t>("MODEL"), camera->id, path);
+        camera->width = bytes->Read<std::uint64_t>("WIDTH");
+        camera->height = bytes->Read<std::uint64_t>("HEIGHT");
+        for (int i = 0; i < camera->model->ParameterCount(); ++i) {
+          camera->parameters.push_back(bytes->Read<double>("PARAMS"));
+        }
+      });
 }
 
 std::vector<ColmapImage> ReadImages(const std::filesystem::path& path) {
-  Bytes bytes(path);
-  std::vector<ColmapImage> images(bytes.ReadCount(kImageBytes, "number of images"));
-  for (ColmapImage& image : images) {
-    image.id = bytes.Read<std::uint32_t>("IMAGE_ID");
-    bytes.SetElement("image " + std::to_string(image.id));
-    image.quaternion = bytes.ReadVector<4>("QW, QX, QY, QZ");
-    image.translation = bytes.ReadVector<3>("TX, TY, TZ");
-    image.camera_id = bytes.Read<std::uint32_t>("CAMERA_ID");
-    image.name = bytes.ReadName("NAME");
-    const std::size_t count = bytes.ReadCount(kObservationBytes, "number of POINTS2D");
-    bytes.Skip(count * kObservationBytes, "POINTS2D");
-  }
-  bytes.ExpectEnd();
-  return images;
+  return ReadElements<ColmapImage>(
+      path, "image", "IMAGE_ID", kImageBytes, [](Bytes* bytes, ColmapImage* image) {
+        image->quaternion = bytes->ReadVector<4>("QW, QX, QY, QZ");
+        image->translation = bytes->ReadVector<3>("TX, TY, TZ");
+        image->camera_id = bytes->Read<std::uint32_t>("CAMERA_ID");
+        image->name = bytes->ReadName("NAME");
+        const std::size_t count = bytes->ReadCount(kObservationBytes, "number of POINTS2D");
+        bytes->Skip(count * kObservationBytes, "POINTS2D");
+      });
 }
 
 std::vector<ColmapPoint> ReadPoints(const std::filesystem::path& path) {
-  Bytes bytes(path);
-  std::vector<ColmapPoint> points(bytes.ReadCount(kPointBytes, "number of points"));
-  for (ColmapPoint& point : points) {
-    point.id = bytes.Read<std::uint64_t>("POINT3D_ID");
-    bytes.SetElement("point " + std::to_string(point.id));
-    point.position = bytes.ReadVector<3>("X, Y, Z");
-    bytes.Skip(3, "R, G, B");
-    bytes.Skip(sizeof(double), "ERROR");
-    point.track.resize(bytes.ReadCount(kTrackElementBytes, "length of TRACK"));
-    for (ColmapTrackElement& seen : point.track) {
-      seen.image_id = bytes.Read<std::uint32_t>("TRACK IMAGE_ID");
-      seen.observation = bytes.Read<std::uint32_t>("TRACK POINT2D_IDX");
-    }
-  }
-  bytes.ExpectEnd();
-  return points;
+  return ReadElements<ColmapPoint>(
+      path, "point", "POINT3D_ID", kPointBytes, [](Bytes* bytes, ColmapPoint* point) {
+        point->position = bytes->ReadVector<3>("X, Y, Z");
+        bytes->Skip(3, "R, G, B");
+        bytes->Skip(sizeof(double), "ERROR");
+        point->track.resize(bytes->ReadCount(kTrackElementBytes, "length of TRACK"));
+        for (ColmapTrackElement& seen : point->track) {
+          seen.image_id = bytes->Read<std::uint32_t>("TRACK IMAGE_ID");
+          seen.observation = bytes->Read<std::uint32_t>("TRACK POINT2D_IDX");
+        }
+      });
 }
 
 template <typename T>
@@ -154,6 +156,18 @@ void AppendVector(const Vector& vector, std::string* bytes) {
   for (Eigen::Index i = 0; i < vector.size(); ++i) Append<double>(vector[i], bytes);
 }
 
+template <typename Element, typename AppendRest>
+void WriteElements(const std::vector<Element>& elements, const std::filesystem::path& path,
+                   const AppendRest& append) {
+  std::string bytes;
+  Append<std::uint64_t>(elements.size(), &bytes);
+  for (const Element& element : elements) {
+    Append(element.id, &bytes);
+    append(element, &bytes);
+  }
+  WriteTextAtomically(path, bytes);
+}
+
 }  // namespace
 
 ColmapModel ReadColmapBinary(const ColmapFiles& files) {
@@ -161,47 +175,33 @@ ColmapModel ReadColmapBinary(const ColmapFiles& files) {
 }
 
 void WriteColmapBinary(const ColmapModel& model, const ColmapFiles& files) {
-  std::string bytes;
-  Append<std::uint64_t>(model.cameras.size(), &bytes);
-  for (const ColmapCamera& camera : model.cameras) {
-    Append<std::uint32_t>(camera.id, &bytes);
-    Append<std::int32_t>(camera.model->id, &bytes);
-    Append<std::uint64_t>(camera.width, &bytes);
-    Append<std::uint64_t>(camera.height, &bytes);
-    for (const double parameter : camera.parameters) Append<double>(parameter, &bytes);
-  }
-  WriteTextAtomically(files.cameras, bytes);
-
-  bytes.clear();
-  Append<std::uint64_t>(model.images.size(), &bytes);
-  for (const ColmapImage& image : model.images) {
-    Append<std::uint32_t>(image.id, &bytes);
-    AppendVector(image.quaternion, &bytes);
-    AppendVector(image.translation, &bytes);
-    Append<std::uint32_t>(image.camera_id, &bytes);
-    bytes.append(image.name.c_str(), image.name.size() + 1);
-    Append<std::uint64_t>(image.observations.size(), &bytes);
+  WriteElements(model.cameras, files.cameras, [](const ColmapCamera& camera, std::string* bytes) {
+    Append<std::int32_t>(camera.model->id, bytes);
+    Append<std::uint64_t>(camera.width, bytes);
+    Append<std::uint64_t>(camera.height, bytes);
+    for (const double parameter : camera.parameters) Append<double>(parameter, bytes);
+  });
+  WriteElements(model.images, files.images, [](const ColmapImage& image, std::string* bytes) {
+    AppendVector(image.quaternion, bytes);
+    AppendVector(image.translation, bytes);
+    Append<std::uint32_t>(image.camera_id, bytes);
+    bytes->append(image.name.c_str(), image.name.size() + 1);
+    Append<std::uint64_t>(image.observations.size(), bytes);
     for (const ColmapObservation& observation : image.observations) {
-      AppendVector(observation.image_point, &bytes);
-      Append<std::uint64_t>(observation.point_id, &bytes);
+      AppendVector(observation.image_point, bytes);
+      Append<std::uint64_t>(observation.point_id, bytes);
     }
-  }
-  WriteTextAtomically(files.images, bytes);
-
-  bytes.clear();
-  Append<std::uint64_t>(model.points.size(), &bytes);
-  for (const ColmapPoint& point : model.points) {
-    Append<std::uint64_t>(point.id, &bytes);
-    AppendVector(point.position, &bytes);
-    for (int channel = 0; channel < 3; ++channel) Append<std::uint8_t>(point.gray, &bytes);
-    Append<double>(0.0, &bytes);  // reprojection error: the observations are projections
-    Append<std::uint64_t>(point.track.size(), &bytes);
+  });
+  WriteElements(model.points, files.points, [](const ColmapPoint& point, std::string* bytes) {
+    AppendVector(point.position, bytes);
+    for (int channel = 0; channel < 3; ++channel) Append<std::uint8_t>(point.gray, bytes);
+    Append<double>(0.0, bytes);  // reprojection error: the observations are projections
+    Append<std::uint64_t>(point.track.size(), bytes);
     for (const ColmapTrackElement& seen : point.track) {
-      Append<std::uint32_t>(seen.image_id, &bytes);
-      Append<std::uint32_t>(seen.observation, &bytes);
+      Append<std::uint32_t>(seen.image_id, bytes);
+      Append<std::uint32_t>(seen.observation, bytes);
     }
-  }
-  WriteTextAtomically(files.points, bytes);
+  });
 }
 
 }  // namespace burin
