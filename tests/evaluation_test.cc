@@ -134,6 +134,10 @@ TEST(Evaluation, RigidFitRecoversTheMotion) {
     const double tolerance = truth.IsMesh() ? 1e-5 : 5e-4;
     const Similarity found = evaluation.truth_from_mesh.Inverse();
     EXPECT_EQ(found.scale, 1);
+    const Similarity alone = TruthFromMesh(relief, truth, options);
+    EXPECT_EQ(alone.rotation, evaluation.truth_from_mesh.rotation);
+    EXPECT_EQ(alone.translation, evaluation.truth_from_mesh.translation);
+    EXPECT_TRUE(TruthFromMesh(relief, truth, EvaluationOptions()).translation.isZero(0));
     EXPECT_LT((found.rotation - motion.rotation).norm(), tolerance);
     EXPECT_LT((found.translation - motion.translation).norm(), tolerance);
     EXPECT_NEAR(found.AngleDeg(), 0.01 * 180 / M_PI, 180 / M_PI * tolerance);

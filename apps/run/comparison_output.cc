@@ -109,8 +109,6 @@ std::string ComparisonCsv(const Comparison& comparison) {
       if (std::isfinite(row.rmse)) csv << row.rmse;
       csv << ',' << (row.accepted ? 1 : 0) << ",\n";
     }
-  }
-  for (const ComparedStrategy& strategy : comparison.strategies) {
     for (const ComparedRound& round : strategy.rounds) {
       if (round.reason.empty()) continue;
       csv << mode << ',' << strategy.name << ',' << round.level << ',' << round.round << ','

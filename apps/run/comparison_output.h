@@ -11,10 +11,10 @@ namespace burin {
 
 // mode,strategy,level,round,width,height,faces,unknowns,pairs,iteration,evaluations,seconds,energy,
 // rmse,accepted,note
-// A line an iteration (see ComparisonRow), then a line for each round, or run, without a result, with
-// the reason in quotes as the note and the fields from `iteration` on empty; of a run also `level` to
-// `unknowns`. rmse is empty where it was not measured. `level` is that of level.finest: 0 = full
-// resolution; `width` and `height` are those of its first view.
+// For each strategy a line an iteration (see ComparisonRow), then a line for each round, or run,
+// without a result: the reason in quotes as the note, the fields from `iteration` on empty and, of a
+// run, also `level` to `unknowns`. rmse is empty where it was not measured. `level` is that of
+// level.finest: 0 = full resolution; `width` and `height` are those of its first view.
 std::string ComparisonCsv(const Comparison& comparison);
 
 // Over the rounds of a strategy that have a result. `reduction_share` is the mean over them of

@@ -2,6 +2,7 @@
 
 import csv
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,12 +39,9 @@ class Comparison:
     """The file: its mode, its iterations, and the strategies' rounds that have no result."""
 
     mode: str
+    strategies: list[str]  # in the order of the file, also those that have no result
     rows: list[Row]
     failed: set[tuple[str, Round]]
-
-    def strategies(self) -> list[str]:
-        """Those with iterations, in the order of the file."""
-        return list(dict.fromkeys(row.strategy for row in self.rows))
 
     def solved_rounds(self) -> dict[Round, list[Row]]:
         """The rows of each round that some strategy solved, in the order of the file."""
@@ -134,16 +132,18 @@ def read_comparison(file: Path) -> Comparison:
     mode = ""
     rows: list[Row] = []
     failed: set[tuple[str, Round]] = set()
+    names: dict[str, None] = {}
     for line in read_lines(file):
         mode = mode or line.text("mode")
         if line.fields["mode"] not in MODES or line.fields["mode"] != mode:
             raise line.error("mode", f"{line.fields['mode']!r} must be {' or '.join(MODES)}, "
                                      "the same in all lines")
+        names[line.text("strategy")] = None
         if not line.fields["note"]:
             rows.append(line.row())
         elif mode == "frozen":
-            failed.add((line.text("strategy"), line.round()))
-    comparison = Comparison(mode, rows, failed)
+            failed.add((line.fields["strategy"], line.round()))
+    comparison = Comparison(mode, list(names), rows, failed)
     if not comparison.solved_rounds():
         raise StudyError(file, "", "no strategy in it has a result: nothing to draw")
     return comparison
@@ -171,18 +171,20 @@ def panels(rows: list[Row], cut: bool) -> list[list[charts.Panel]]:
         for x_label, x in across.items()] for y_label, y in up.items()]
 
 
-def figures(comparison: Comparison) -> dict[str, Figure]:
-    """The charts by file name, compare.svg first.
+def figures(comparison: Comparison) -> Iterator[tuple[str, Figure]]:
+    """The charts with their file names, compare.svg first; each is made when it is asked for.
 
     Mode whole has this one, over the whole run. Mode frozen has one a round, and compare.svg is that
     of the round whose energy falls most, as a share of its start.
     """
-    styles = charts.curve_styles(comparison.strategies())
+    # One that was refused keeps its colour, so that comparisons of the same strategies look alike.
+    styles = charts.curve_styles(comparison.strategies)
     if comparison.mode == "whole":
-        return {"compare.svg": charts.strategies(
+        yield "compare.svg", charts.strategies(
             "Whole runs of each strategy",
             "energies of different rounds and strategies do not compare (own visibility); "
-            f"{comparison.rows[0].pairs} pairs", panels(comparison.rows, cut=False), styles)}
+            f"{comparison.rows[0].pairs} pairs", panels(comparison.rows, cut=False), styles)
+        return
 
     def of_round(rows: list[Row]) -> Figure:
         first = rows[0]
@@ -195,15 +197,15 @@ def figures(comparison: Comparison) -> dict[str, Figure]:
 
     rounds = comparison.solved_rounds()
     most = max(rounds.values(), key=lambda rows: fall(rows, comparison.failed))
-    return {"compare.svg": of_round(most)} | {
-        f"rounds/level{level}_round{number}.svg": of_round(rows)
-        for (level, number), rows in rounds.items()}
+    yield "compare.svg", of_round(most)
+    for (level, number), rows in rounds.items():
+        yield f"rounds/level{level}_round{number}.svg", of_round(rows)
 
 
 def draw_comparison(folder: Path) -> list[Path]:
     """Draws the folder's compare.csv into it; the files written. Raises StudyError."""
     written = []
-    for name, figure in figures(read_comparison(folder / CSV)).items():
+    for name, figure in figures(read_comparison(folder / CSV)):
         try:
             write_if_changed(folder / name, charts.svg_of(figure))
         except OSError as error:

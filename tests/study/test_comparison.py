@@ -5,12 +5,13 @@ import json
 import subprocess
 import sys
 import xml.etree.ElementTree
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from conftest import ROOT, burin_program
 from study import charts
-from study.comparison import figures, read_comparison
+from study.comparison import Comparison, draw_comparison, figures, read_comparison
 
 HEADING = ("mode,strategy,level,round,width,height,faces,unknowns,pairs,iteration,evaluations,seconds,"
            "energy,rmse,accepted,note")
@@ -63,6 +64,17 @@ def refusal(strategy: str, at: str = "0,0") -> str:
     return f'frozen,{strategy},{at},96,72,200,100,12,,,,,,,"refused: ""too many"", it says"'
 
 
+def charts_of(comparison: Comparison) -> dict[str, charts.plt.Figure]:
+    """The charts by file name."""
+    return dict(figures(comparison))
+
+
+@pytest.fixture(autouse=True)
+def no_figure_stays_open() -> Iterator[None]:
+    yield
+    charts.plt.close("all")
+
+
 def drawn(axes: charts.plt.Axes) -> dict[str, list[tuple[float, float]]]:
     """The curves by label."""
     return {curve.get_label(): list(zip(*curve.get_data())) for curve in axes.get_lines()}
@@ -74,7 +86,7 @@ def texts(figure: charts.plt.Figure) -> str:
 
 def test_frozen_rounds_of_a_real_comparison(scene: Path, tmp_path: Path) -> None:
     folder = compared(scene, tmp_path, "--truth", scene / "truth.ply", "--sample_count", 2000)
-    pages = figures(read_comparison(folder / "compare.csv"))
+    pages = charts_of(read_comparison(folder / "compare.csv"))
     assert list(pages) == ["compare.svg", "rounds/level1_round0.svg", "rounds/level0_round0.svg"]
     with open(folder / "compare.csv", encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
@@ -116,14 +128,14 @@ def test_the_command_writes_svg_and_the_same_again(scene: Path, tmp_path: Path) 
     assert draw(folder).returncode == 0
     assert {path: path.read_bytes() for path in files} == files
     # Without a truth there is no error to draw.
-    page = figures(read_comparison(folder / "compare.csv"))["compare.svg"]
+    page = charts_of(read_comparison(folder / "compare.csv"))["compare.svg"]
     assert [axes.get_ylabel() for axes in page.axes] == ["energy", "energy"]
 
 
 def test_whole_runs_are_one_chart_over_all_rounds(scene: Path, tmp_path: Path) -> None:
     folder = compared(scene, tmp_path, "--compare.mode", "whole", "--truth", scene / "truth.ply",
                       "--compare.error", "round", "--sample_count", 2000)
-    pages = figures(read_comparison(folder / "compare.csv"))
+    pages = charts_of(read_comparison(folder / "compare.csv"))
     assert list(pages) == ["compare.svg"]
     with open(folder / "compare.csv", encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
@@ -140,16 +152,19 @@ def test_rounds_and_strategies_without_a_result(tmp_path: Path) -> None:
         tmp_path, line("a", 1, 100, at="1,0"), line("a", 2, 90, at="1,0"), line("b", 1, 100, at="1,0"),
         line("b", 2, 1, at="1,0"), line("a", 1, 50), line("a", 2, 40), line("b", 1, 50, at="0,1"),
         refusal("b", "1,0"), refusal("b"), refusal("b", "0,1"), refusal("c"), refusal("c", "1,0")))
-    pages = figures(comparison)
+    pages = charts_of(comparison)
     assert list(pages) == ["compare.svg", "rounds/level1_round0.svg", "rounds/level0_round0.svg"]
     # b broke off at level 1: its iterations are drawn, but are not how far the round falls.
     assert list(drawn(pages["rounds/level1_round0.svg"].axes[0])) == ["a", "b"]
     assert list(drawn(pages["compare.svg"].axes[0])) == ["a"]
     assert "level 0" in texts(pages["compare.svg"])
+    # A strategy without a result keeps its colour, so that two comparisons look alike.
+    page = charts_of(read_comparison(table(tmp_path, refusal("a"), line("b", 1, 100))))["compare.svg"]
+    assert page.axes[0].get_lines()[0].get_color() == charts.colors(["a", "b"])["b"]
 
 
 def test_axes_are_logarithmic_where_values_spread(tmp_path: Path) -> None:
-    page = figures(read_comparison(table(
+    page = charts_of(read_comparison(table(
         tmp_path, line("a", 1, 100, 1), line("a", 9, 20, 0.5), line("b", 1, 100, 1), line("b", 2, "nan", ""),
         line("b", 3, 90, 0.5))))["compare.svg"]
     energy, _, error, _ = page.axes
@@ -158,31 +173,44 @@ def test_axes_are_logarithmic_where_values_spread(tmp_path: Path) -> None:
     page.canvas.draw()
     ticks = [text.get_text() for text in energy.get_xticklabels()]
     assert [tick for tick in ticks if 1 <= float(tick) <= 9] == ["1", "2", "5"]
-    page = figures(read_comparison(table(
+    page = charts_of(read_comparison(table(
         tmp_path, line("a", 1, 5), line("a", 9, 0))))["compare.svg"]
     assert page.axes[0].get_yscale() == "linear", "a zero cannot be shown"
 
 
 def test_a_curve_that_explodes_leaves_through_the_top(tmp_path: Path) -> None:
     lines = [line("falls", 1, 100), line("falls", 2, 80), line("explodes", 1, 100), line("explodes", 2, 9e9)]
-    page = figures(read_comparison(table(tmp_path, *lines)))["compare.svg"]
+    page = charts_of(read_comparison(table(tmp_path, *lines)))["compare.svg"]
     low, high = page.axes[0].get_ylim()
     assert 78 < low < 80 and 110 < high < 112
     assert page.axes[0].get_yscale() == "linear"
     assert drawn(page.axes[0])["explodes"][-1] == (2, 9e9)
-    whole = figures(read_comparison(table(tmp_path, *(one.replace("frozen", "whole") for one in lines))))
+    whole = charts_of(read_comparison(table(tmp_path, *(one.replace("frozen", "whole") for one in lines))))
     assert whole["compare.svg"].axes[0].get_ylim()[1] > 9e9
 
 
 def test_one_value_or_twenty_strategies_are_drawn(tmp_path: Path) -> None:
     for value in (0, 5, -3e8, 1e-12):
-        page = figures(read_comparison(table(tmp_path, line("a", 1, value))))["compare.svg"]
+        page = charts_of(read_comparison(table(tmp_path, line("a", 1, value))))["compare.svg"]
         assert "</svg>" in charts.svg_of(page)
     names = [f"solver{k}" for k in range(20)]
-    page = figures(read_comparison(table(tmp_path, *(line(name, 1, 5) for name in names))))["compare.svg"]
+    page = charts_of(read_comparison(table(tmp_path, *(line(name, 1, 5) for name in names))))["compare.svg"]
     curves = page.axes[0].get_lines()
     assert len({(charts.css(curve.get_color()), curve.get_linestyle(), curve.get_marker())
                 for curve in curves}) == len(names)
+
+
+def test_one_figure_is_open_at_a_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    svg_of, open_figures = charts.svg_of, []
+
+    def counted(figure: charts.plt.Figure) -> str:
+        open_figures.append(len(charts.plt.get_fignums()))
+        return svg_of(figure)
+
+    monkeypatch.setattr(charts, "svg_of", counted)
+    table(tmp_path, line("a", 1, 5), line("a", 1, 5, at="0,1"))
+    assert len(draw_comparison(tmp_path)) == 3
+    assert open_figures == [1, 1, 1]
 
 
 GOOD = line("a", 1, 5)
