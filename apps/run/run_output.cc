@@ -56,7 +56,7 @@ nlohmann::ordered_json RoundJson(const RoundSummary& round) {
 nlohmann::ordered_json OptionsJson(const OptionSet& set) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
   for (const Option& option : set.options()) {
-    std::visit([&](const auto* value) { json[option.name] = *value; }, option.value);
+    option.Visit([&](const auto& value) { json[option.name] = value; });
   }
   return json;
 }

@@ -221,7 +221,7 @@ class LineReader {
 bool KindFits(const Option& option, ValueKind kind) {
   if (std::holds_alternative<bool*>(option.value)) return kind == ValueKind::kBool;
   if (std::holds_alternative<int*>(option.value)) return kind == ValueKind::kInteger;
-  if (std::holds_alternative<std::string*>(option.value)) return kind == ValueKind::kString;
+  if (option.IsText()) return kind == ValueKind::kString;
   return kind == ValueKind::kInteger || kind == ValueKind::kReal;
 }
 
@@ -324,7 +324,7 @@ std::string ConfigText(const OptionSet& set) {
     if (!group.empty()) text += (text.empty() ? "[" : "\n[") + group + "]\n";
     for (const Option& option : set.options()) {
       if (group_of(option) != group) continue;
-      const bool is_text = std::holds_alternative<std::string*>(option.value);
+      const bool is_text = option.IsText();
       text += "# " + option.help + " (" + option.Constraint() + ")\n";
       text += group.empty() ? option.name : option.name.substr(group.size() + 1);
       text += " = " + (is_text ? Quoted(option.Text()) : option.Text()) + "\n";
