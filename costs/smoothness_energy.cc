@@ -12,8 +12,7 @@ constexpr int kVertexGrain = 512;
 }  // namespace
 
 void SmoothnessOptions::Describe(OptionSet* set) {
-  set->Add("smooth.type", &type, "Laplacian of the smoothness residuals",
-           {"umbrella", "bilaplacian", "cotangent", "none"});
+  set->Add("smooth.type", &type, "Laplacian of the smoothness residuals");
   set->Add(
       "smooth.weight", &weight,
       "Weight of the squared Laplacian in mean edge lengths, against E_photo summed over pixels", 0,
@@ -21,10 +20,10 @@ void SmoothnessOptions::Describe(OptionSet* set) {
 }
 
 Stencil SmoothnessEnergy::MakeStencil(int v) const {
-  if (options_.type == "bilaplacian") {
+  if (options_.type == SmoothnessType::kBilaplacian) {
     return BiLaplacianStencil(v, context_->neighbors, context_->boundary);
   }
-  if (options_.type == "cotangent") {
+  if (options_.type == SmoothnessType::kCotangent) {
     return CotangentStencil(v, *context_->mesh, context_->neighbors, context_->faces,
                             context_->boundary);
   }
@@ -33,7 +32,7 @@ Stencil SmoothnessEnergy::MakeStencil(int v) const {
 
 void SmoothnessEnergy::AddResiduals(ceres::Problem* problem,
                                     std::vector<Eigen::Vector3d>* vertices) {
-  if (options_.type == "none" || options_.weight == 0) return;
+  if (options_.type == SmoothnessType::kNone || options_.weight == 0) return;
   const auto count = static_cast<int>(vertices->size());
   std::vector<Stencil> stencils(count);
   std::vector<StencilCost*> costs(count, nullptr);

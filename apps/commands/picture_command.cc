@@ -49,7 +49,7 @@ void PictureCommand::Run() const {
   const double reach =
       options.max_distance > 0 ? options.max_distance * options.unit : 10 * largest;
   const TriangleMesh placed =
-      options.align == "none"
+      options.align == AlignmentKind::kNone
           ? measured
           : Moved(measured, EvaluateMesh(measured, loaded, options).truth_from_mesh);
   ColorScale scale;

@@ -64,8 +64,7 @@ struct LevelEnergy::Impl {
     mesh = world;
     for (Eigen::Vector3d& vertex : mesh.vertices) vertex = (vertex - origin) / footprint;
     views = MakeLevelViews(scene, level, origin, 1 / footprint);
-    const bool free = options.refinement.motion == "free";
-    context = FreezeRound(views, pairs, mesh, free ? Motion::kFree : Motion::kNormal,
+    context = FreezeRound(views, pairs, mesh, options.refinement.motion,
                           options.refinement.level.border_px, &domains);
     int64_t pixels = 0;
     for (const ViewDomain& domain : domains) {

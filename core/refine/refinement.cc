@@ -91,12 +91,10 @@ void RefinementOptions::Describe(OptionSet* set) {
   level.Describe(set);
   solver.Describe(set);
   guard.Describe(set);
-  set->Add("motion.type", &motion, "How vertices move: along their normal of the round, or freely",
-           {"normal", "free"});
+  set->Add("motion.type", &motion, "How vertices move: along their normal of the round, or freely");
   set->Add("motion.hidden", &hidden,
            "Vertices that a pair saw in an earlier round and none sees now: drawn together after "
-           "each round, or keep their shape as those never seen do",
-           {"relax", "keep"});
+           "each round, or keep their shape as those never seen do");
 }
 
 namespace {
@@ -274,11 +272,10 @@ std::vector<Eigen::Vector3d> CoarseToFine::Solve(RoundSummary* summary) {
 
 void CoarseToFine::Freeze(bool hold_back) {
   hold_back &= hooks_.judge != nullptr;
-  context_ = FreezeRound(views_, pairs_, mesh_,
-                         options_.motion == "free" ? Motion::kFree : Motion::kNormal,
-                         options_.level.border_px, &domains_,
-                         hold_back ? hooks_.judge->HeldBackPairs() : std::vector<CameraPair>(),
-                         hold_back ? &held_back_ : nullptr);
+  context_ =
+      FreezeRound(views_, pairs_, mesh_, options_.motion, options_.level.border_px, &domains_,
+                  hold_back ? hooks_.judge->HeldBackPairs() : std::vector<CameraPair>(),
+                  hold_back ? &held_back_ : nullptr);
   context_.first_level = state_.level == first_level_;
 }
 
@@ -292,7 +289,7 @@ void CoarseToFine::RunRound() {
   const bool last = state_.round + 1 == RoundsOf(state_.level);
   const Stopwatch visibility_watch;
   Freeze(/*hold_back=*/last || state_.round == 0);
-  const bool relax_hidden = options_.hidden == "relax";
+  const bool relax_hidden = options_.hidden == HiddenVertices::kRelax;
   if (relax_hidden) {
     for (size_t v = 0; v < state_.order.vertex.size(); ++v) {
       char& was = state_.was_supported[state_.order.vertex[v]];
