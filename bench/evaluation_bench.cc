@@ -55,7 +55,7 @@ Frozen& TheFrozen() {
         FreezeRound(made->views, made->pairs, made->mesh, Motion::kNormal, 3, &made->domains);
     PhotometricOptions masked;
     PhotometricOptions full;
-    full.mask.mode = "none";
+    full.mask.mode = MaskMode::kNone;
     made->energies[0] = std::make_unique<PhotometricEnergy>(full);
     made->energies[1] = std::make_unique<PhotometricEnergy>(masked);
     for (auto& energy : made->energies) energy->BeginLevel(made->views);

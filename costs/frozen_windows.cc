@@ -66,7 +66,7 @@ FrozenWindows FreezeWindows(const RoundContext& context, const PhotometricOption
                             bool hold_squares) {
   const Stopwatch watch;
   const std::vector<ViewDomain>& domains = *context.domains;
-  const MaskMode mode = MaskModeNamed(options.mask.mode);
+  const MaskMode mode = options.mask.mode;
   const int min_taps =
       static_cast<int>(std::ceil(options.min_valid_share * options.window * options.window));
   FrozenWindows windows;

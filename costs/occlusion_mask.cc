@@ -1,7 +1,5 @@
 #include "costs/occlusion_mask.h"
 
-#include <glog/logging.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -113,8 +111,7 @@ void FlagThin(const DepthPlanes& planes, int min_taps, WindowMasks* masks) {
 void MaskOptions::Describe(OptionSet* set) {
   set->Add("mask.mode", &mode,
            "Taps of a window beyond a depth step: none = all used; paper_strict, paper = the "
-           "paper's rule as printed, corrected; plane = off the centre facet's plane are not used",
-           {"none", "paper_strict", "paper", "plane"});
+           "paper's rule as printed, corrected; plane = off the centre facet's plane are not used");
   set->Add("mask.plane_px", &plane_px,
            "Depth off the centre facet's plane from which a tap is beyond a step, pixel footprints",
            0.01, 1e6);
@@ -122,8 +119,7 @@ void MaskOptions::Describe(OptionSet* set) {
       "mask.below", &below,
       "Masked windows with a smaller share of valid taps than photo.min_valid_share: drop them; "
       "use them in full, as without masks; or full_thin = drop them except on thin things, "
-      "where no neighbour has more",
-      {"drop", "full", "full_thin"});
+      "where no neighbour has more");
   set->Add(
       "mask.band_px", &band_px,
       "With plane, from the second level on: pixels this near to a depth step of either view are "
@@ -132,14 +128,6 @@ void MaskOptions::Describe(OptionSet* set) {
   set->Add("mask.evidence", &evidence,
            "Pairs that must see a facet's patch clear of steps for mask.band_px, on average", 0,
            1e6);
-}
-
-MaskMode MaskModeNamed(const std::string& name) {
-  if (name == "paper_strict") return MaskMode::kPaperStrict;
-  if (name == "paper") return MaskMode::kPaper;
-  if (name == "plane") return MaskMode::kPlane;
-  CHECK_EQ(name, "none");
-  return MaskMode::kNone;
 }
 
 DepthPlanes MakeDepthPlanes(const ViewDomain& domain, const TriangleMesh& mesh,

@@ -25,7 +25,6 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "core/mesh/mesh.h"
@@ -35,19 +34,31 @@
 
 namespace burin {
 
+enum class MaskMode { kNone, kPaperStrict, kPaper, kPlane };
+inline Choices<MaskMode> ChoicesOf(MaskMode) {
+  return {{MaskMode::kNone, "none"},
+          {MaskMode::kPaperStrict, "paper_strict"},
+          {MaskMode::kPaper, "paper"},
+          {MaskMode::kPlane, "plane"}};
+}
+
+// What becomes of a masked window with too few valid taps: left out, used in full, or used in full on
+// thin things only (WindowMasks::thin).
+enum class PoorWindow { kDrop, kFull, kFullThin };
+inline Choices<PoorWindow> ChoicesOf(PoorWindow) {
+  return {{PoorWindow::kDrop, "drop"},
+          {PoorWindow::kFull, "full"},
+          {PoorWindow::kFullThin, "full_thin"}};
+}
+
 struct MaskOptions {
-  std::string mode = "plane";
+  MaskMode mode = MaskMode::kPlane;
   double plane_px = 3;
-  std::string below = "full_thin";  // what becomes of a window with too few valid taps
-  double band_px = 3;               // costs/step_band.h; with mode plane; 0 = off
-  double evidence = 4;              // pairs
+  PoorWindow below = PoorWindow::kFullThin;
+  double band_px = 3;   // costs/step_band.h; with mode plane; 0 = off
+  double evidence = 4;  // pairs
   void Describe(OptionSet* set);
 };
-
-enum class MaskMode { kNone, kPaperStrict, kPaper, kPlane };
-
-// One of the choices of MaskOptions::mode.
-MaskMode MaskModeNamed(const std::string& name);
 
 // Depths of one view and, per pixel, the plane of the facet it sees. Inverse camera depth is affine
 // in the pixel on a plane: at tap (x + dx, y + dy) the plane of pixel (x, y) predicts

@@ -23,10 +23,10 @@ class SmoothnessRound : public TermRound {
 };
 
 Stencil SmoothnessRound::MakeStencil(int v) const {
-  if (options_.type == "bilaplacian") {
+  if (options_.type == SmoothnessType::kBilaplacian) {
     return BiLaplacianStencil(v, context_.neighbors, context_.boundary);
   }
-  if (options_.type == "cotangent") {
+  if (options_.type == SmoothnessType::kCotangent) {
     return CotangentStencil(v, *context_.mesh, context_.neighbors, context_.faces,
                             context_.boundary);
   }
@@ -34,7 +34,7 @@ Stencil SmoothnessRound::MakeStencil(int v) const {
 }
 
 void SmoothnessRound::AddResiduals(ceres::Problem* problem, RoundParameters* parameters) {
-  if (options_.type == "none" || options_.weight == 0) return;
+  if (options_.type == SmoothnessType::kNone || options_.weight == 0) return;
   std::vector<Eigen::Vector3d>& vertices = parameters->vertices;
   const auto count = static_cast<int>(vertices.size());
   std::vector<Stencil> stencils(count);
@@ -67,8 +67,7 @@ void SmoothnessRound::AddResiduals(ceres::Problem* problem, RoundParameters* par
 }  // namespace
 
 void SmoothnessOptions::Describe(OptionSet* set) {
-  set->Add("smooth.type", &type, "Laplacian of the smoothness residuals",
-           {"umbrella", "bilaplacian", "cotangent", "none"});
+  set->Add("smooth.type", &type, "Laplacian of the smoothness residuals");
   set->Add(
       "smooth.weight", &weight,
       "Weight of the squared Laplacian in mean edge lengths, against E_photo summed over pixels", 0,

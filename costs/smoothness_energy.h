@@ -20,8 +20,16 @@
 
 namespace burin {
 
+enum class SmoothnessType { kUmbrella, kBilaplacian, kCotangent, kNone };
+inline Choices<SmoothnessType> ChoicesOf(SmoothnessType) {
+  return {{SmoothnessType::kUmbrella, "umbrella"},
+          {SmoothnessType::kBilaplacian, "bilaplacian"},
+          {SmoothnessType::kCotangent, "cotangent"},
+          {SmoothnessType::kNone, "none"}};
+}
+
 struct SmoothnessOptions {
-  std::string type = "umbrella";
+  SmoothnessType type = SmoothnessType::kUmbrella;
   double weight = 60;
   void Describe(OptionSet* set);
 };

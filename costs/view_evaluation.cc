@@ -132,8 +132,8 @@ class ViewEvaluationIn : public ViewEvaluation {
       input.reliability_noise = options_.reliability * (noise_i * noise_i + noise_j * noise_j);
       const double taps = options_.window * options_.window;
       if (masks.size() > 0) input.masks = &masks;
-      input.full_below = options_.mask.below == "full";
-      input.full_thin = options_.mask.below == "full_thin";
+      input.full_below = options_.mask.below == PoorWindow::kFull;
+      input.full_thin = options_.mask.below == PoorWindow::kFullThin;
       input.min_taps = std::max(2, static_cast<int>(std::ceil(options_.min_valid_share * taps)));
     }
     return inputs;

@@ -100,8 +100,9 @@ cv::Mat1f WindowErrors(const cv::Mat1f& image, const WarpPicture& pair,
         }
       };
       add_taps(!masked);
-      const bool in_full = masked && (options.mask.below == "full" ||
-                                      (options.mask.below == "full_thin" && masks->thin[entry]));
+      const bool in_full =
+          masked && (options.mask.below == PoorWindow::kFull ||
+                     (options.mask.below == PoorWindow::kFullThin && masks->thin[entry]));
       if (n < min_taps && in_full) add_taps(true);
       if (n < min_taps) continue;
       const double floor = n * options.variance_floor;

@@ -58,12 +58,12 @@ struct Options {
     return *option;
   }
   py::object Get(const std::string& name) {
-    return std::visit([](auto* value) -> py::object { return py::cast(*value); }, At(name).value);
+    return At(name).Visit([](const auto& value) -> py::object { return py::cast(value); });
   }
   void Set(const std::string& name, const py::object& value) {
     Option& option = At(name);
     const bool is_bool = std::holds_alternative<bool*>(option.value);
-    const bool is_text = std::holds_alternative<std::string*>(option.value);
+    const bool is_text = option.IsText();
     if (is_bool != py::isinstance<py::bool_>(value) || is_text != py::isinstance<py::str>(value) ||
         (!is_bool && !is_text && PyNumber_Check(value.ptr()) == 0)) {
       throw py::type_error(name + ": must be " + option.Constraint());

@@ -81,7 +81,7 @@ nlohmann::ordered_json PairsJson(const Scene& scene, const PairSurvey& survey,
   const auto name = [&scene](int i) { return scene.views[i].name; };
   nlohmann::ordered_json json;
   json["format"] = kFormat;
-  json["method"] = recipe.method;
+  json["method"] = NameOf(recipe.method);
   json["without_partner"] = selection.warnings;
   json["pairs"] = nlohmann::ordered_json::array();
   for (const auto& [i, j] : selection.pairs) {

@@ -86,7 +86,7 @@ std::vector<double> Scores(const PairSurvey& survey, const PairsRecipe& recipe) 
       if (!IsCandidate(survey, recipe, i, j)) continue;
       const PairMeasure& measure = survey.At(i, j);
       scores[static_cast<size_t>(i) * survey.view_count + j] =
-          recipe.method == "all" ? measure.area : measure.area_in_range;
+          recipe.method == PairsMethod::kAll ? measure.area : measure.area_in_range;
     }
   }
   return scores;
@@ -95,8 +95,8 @@ std::vector<double> Scores(const PairSurvey& survey, const PairsRecipe& recipe) 
 void SelectByMesh(const PairSurvey& survey, PairSelection* selection) {
   const PairsRecipe& recipe = selection->recipe;
   const int n = survey.view_count;
-  selection->pairs =
-      BestPartners(Scores(survey, recipe), n, recipe.method == "all" ? n : recipe.per_camera);
+  selection->pairs = BestPartners(Scores(survey, recipe), n,
+                                  recipe.method == PairsMethod::kAll ? n : recipe.per_camera);
   selection->initial_pairs = selection->pairs;
   if (!recipe.UsesEnergies() || !recipe.improve_coverage) return;
   SwapResult result = ImproveCoverage(selection->pairs, PairEnergyTable(survey, recipe), n,
@@ -146,14 +146,14 @@ PairSelection SelectPairs(const Scene& scene, const TriangleMesh& mesh, const Pa
                      "; a pair needs two");
   }
   std::optional<PairSurvey> own_survey;
-  if (recipe.method == "file") {
+  if (recipe.method == PairsMethod::kFile) {
     selection.pairs = selection.initial_pairs = ReadPairFile(recipe.file, scene);
     selection.held_back = HeldBack(SurveyPairs(scene, mesh, recipe.survey), selection.pairs);
     return selection;
   }
   if (recipe.UsesSparsePoints()) {
     if (scene.points.empty()) {
-      throw InputError("pairs.method = " + recipe.method +
+      throw InputError("pairs.method = " + NameOf(recipe.method) +
                        ": the scene has no sparse points; take tuned");
     }
     selection.pairs = SparsePointPairs(scene, recipe.per_camera, recipe.min_parallax_deg,

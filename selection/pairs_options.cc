@@ -9,14 +9,15 @@ namespace {
 struct Range {
   double min, max;
 };
-Range OwnRange(const std::string& method) {
-  if (method == "vu") return {20, 60};
-  if (method == "tola") return {10, 30};
+Range OwnRange(PairsMethod method) {
+  if (method == PairsMethod::kVu) return {20, 60};
+  if (method == PairsMethod::kTola) return {10, 30};
   return {8, 45};
 }
 
-bool Printed(const std::string& choice, const std::string& method) {
-  return choice == "preset" ? method == "paper_strict" : choice == "printed";
+bool Printed(PaperReading choice, PairsMethod method) {
+  return choice == PaperReading::kPreset ? method == PairsMethod::kPaperStrict
+                                         : choice == PaperReading::kPrinted;
 }
 
 }  // namespace
@@ -28,9 +29,7 @@ void PairsOptions::Describe(OptionSet* set) {
       "those of paper around a parallax of 20 degrees; vu, tola, sparse_points: "
       "most common sparse points under 20-60, 10-30, 8-45 degrees; mesh_parallax: most shared "
       "surface under 8-45 degrees; all: every pair that shares surface; file: those of "
-      "pairs.file",
-      {"tuned", "paper", "paper_strict", "vu", "tola", "sparse_points", "mesh_parallax", "all",
-       "file"});
+      "pairs.file");
   set->Add("pairs.file", &file, "Pairs for the method file: pairs.json of burin select");
   set->Add("pairs.per_camera", &per_camera, "Partners of each camera at most", 1, 1000);
   set->Add("pairs.min_parallax_deg", &min_parallax_deg,
@@ -66,48 +65,39 @@ void PairsOptions::Describe(OptionSet* set) {
   set->Add("pairs.overlap_area", &overlap_area,
            "E_o divides by the image (printed), which only weakens the term where the mesh fills "
            "little of it, or by the pixels that see the mesh (corrected)" +
-               why,
-           {"preset", "printed", "corrected"});
+               why);
   set->Add("pairs.symmetry_term", &symmetry_term,
            "Oriented angle difference (a_i - a_j)/2 (printed), small also for cameras side by "
            "side, or (a_i + s a_j)/2 (corrected)" +
-               why,
-           {"preset", "printed", "corrected"});
+               why);
   set->Add("pairs.symmetry_mean", &symmetry_mean,
            "Mean of the signed differences (printed), which cancel where a view looks along the "
            "normal, or of their magnitudes (corrected)" +
-               why,
-           {"preset", "printed", "corrected"});
+               why);
   set->Add("pairs.resolution_term", &resolution_term,
            "Discrepancy of resolution over the distance (printed), about 0 for any focal length in "
            "pixels, or relative (corrected)" +
-               why,
-           {"preset", "printed", "corrected"});
+               why);
   set->Add("pairs.energy_test", &energy_test,
            "Algorithm 1 as a loop while the sum is above 0.9 of a negative sum (printed), which "
            "never runs, or with the text's test of each swap (corrected)" +
-               why,
-           {"preset", "printed", "corrected"});
+               why);
   set->Add("pairs.used_partners", &used_partners,
            "Algorithm 1's used partners begin empty (printed), so the present one is tried again, "
            "or with the initial one (corrected)" +
-               why,
-           {"preset", "printed", "corrected"});
+               why);
   set->Add("pairs.swap_state", &swap_state,
            "Algorithm 1 starts every swap from the initial pairs (printed), so that earlier ones "
            "vanish, or from the present ones (corrected)" +
-               why,
-           {"preset", "printed", "corrected"});
+               why);
   set->Add("pairs.coverage_test", &coverage_test,
            "A swap must raise the mean coverage (printed), or not lower it (corrected, the "
            "authors' program)" +
-               why,
-           {"preset", "printed", "corrected"});
+               why);
   set->Add("pairs.coverage_facets", &coverage_facets,
            "Coverage over all facets (printed), where those nobody sees tie the spread to the "
            "mean, or over those that two views see (corrected)" +
-               why,
-           {"preset", "printed", "corrected"});
+               why);
 }
 
 void PairsOptions::Check() const { Resolve(*this); }
@@ -115,12 +105,12 @@ void PairsOptions::Check() const { Resolve(*this); }
 PairsRecipe Resolve(const PairsOptions& options) {
   PairsRecipe recipe;
   recipe.method = options.method;
-  const std::string& method = recipe.method;
-  if (method == "file" && options.file.empty()) {
+  const PairsMethod method = recipe.method;
+  if (method == PairsMethod::kFile && options.file.empty()) {
     throw InputError("pairs.file: must name a file for pairs.method = file");
   }
-  if (method != "file" && !options.file.empty()) {
-    throw InputError("pairs.file: is read by pairs.method = file only, not by " + options.method);
+  if (method != PairsMethod::kFile && !options.file.empty()) {
+    throw InputError("pairs.file: is read by pairs.method = file only, not by " + NameOf(method));
   }
   recipe.file = options.file;
   recipe.per_camera = options.per_camera;
@@ -130,12 +120,13 @@ PairsRecipe Resolve(const PairsOptions& options) {
   if (recipe.min_parallax_deg >= recipe.max_parallax_deg) {
     throw InputError("pairs.min_parallax_deg: must be below pairs.max_parallax_deg");
   }
-  recipe.min_overlap = options.min_overlap >= 0
-                           ? options.min_overlap
-                           : (method == "paper" || method == "tuned" ? 0.05 : 0);
+  recipe.min_overlap =
+      options.min_overlap >= 0
+          ? options.min_overlap
+          : (method == PairsMethod::kPaper || method == PairsMethod::kTuned ? 0.05 : 0);
 
   recipe.bpv = options.bpv;
-  const bool tuned = method == "tuned";
+  const bool tuned = method == PairsMethod::kTuned;
   recipe.bpv.reference_parallax_deg =
       options.reference_parallax_deg >= 0 ? options.reference_parallax_deg : (tuned ? 20 : 50);
   recipe.bpv.sigma_parallax_deg =
@@ -173,7 +164,7 @@ PairsRecipe Resolve(const PairsOptions& options) {
   recipe.swaps.printed_coverage_test = Printed(options.coverage_test, method);
   recipe.swaps.printed_facets = Printed(options.coverage_facets, method);
   recipe.survey.resolution_px = options.survey_px;
-  if (method == "mesh_parallax") {
+  if (method == PairsMethod::kMeshParallax) {
     recipe.survey.min_parallax_deg = recipe.min_parallax_deg;
     recipe.survey.max_parallax_deg = recipe.max_parallax_deg;
   }

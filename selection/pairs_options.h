@@ -11,9 +11,41 @@
 
 namespace burin {
 
+// docs/camera_pairs.md says what each is.
+enum class PairsMethod {
+  kTuned,
+  kPaper,
+  kPaperStrict,
+  kVu,
+  kTola,
+  kSparsePoints,
+  kMeshParallax,
+  kAll,
+  kFile
+};
+inline Choices<PairsMethod> ChoicesOf(PairsMethod) {
+  return {{PairsMethod::kTuned, "tuned"},
+          {PairsMethod::kPaper, "paper"},
+          {PairsMethod::kPaperStrict, "paper_strict"},
+          {PairsMethod::kVu, "vu"},
+          {PairsMethod::kTola, "tola"},
+          {PairsMethod::kSparsePoints, "sparse_points"},
+          {PairsMethod::kMeshParallax, "mesh_parallax"},
+          {PairsMethod::kAll, "all"},
+          {PairsMethod::kFile, "file"}};
+}
+
+// Of a place where the paper's print contradicts its text: which of the two. kPreset is the method's own.
+enum class PaperReading { kPreset, kPrinted, kCorrected };
+inline Choices<PaperReading> ChoicesOf(PaperReading) {
+  return {{PaperReading::kPreset, "preset"},
+          {PaperReading::kPrinted, "printed"},
+          {PaperReading::kCorrected, "corrected"}};
+}
+
 struct PairsOptions {
-  std::string method = "tuned";
-  std::string file;  // of the method "file"
+  PairsMethod method = PairsMethod::kTuned;
+  std::string file;  // of the method kFile
   int per_camera = 4;
   double min_parallax_deg = -1;  // -1 = the method's own
   double max_parallax_deg = -1;
@@ -22,17 +54,17 @@ struct PairsOptions {
   std::string terms = "OSPRC";
   double reference_parallax_deg = -1;  // -1 = the method's own
   double sigma_parallax_deg = -1;
-  BpvOptions bpv;                       // the other numbers in it
-  SwapOptions swaps;                    // the number in it
-  std::string overlap_area = "preset";  // and the switches where the print contradicts itself
-  std::string symmetry_term = "preset";
-  std::string symmetry_mean = "preset";
-  std::string resolution_term = "preset";
-  std::string energy_test = "preset";
-  std::string used_partners = "preset";
-  std::string swap_state = "preset";
-  std::string coverage_test = "preset";
-  std::string coverage_facets = "preset";
+  BpvOptions bpv;     // the other numbers in it
+  SwapOptions swaps;  // the number in it
+  PaperReading overlap_area = PaperReading::kPreset;
+  PaperReading symmetry_term = PaperReading::kPreset;
+  PaperReading symmetry_mean = PaperReading::kPreset;
+  PaperReading resolution_term = PaperReading::kPreset;
+  PaperReading energy_test = PaperReading::kPreset;
+  PaperReading used_partners = PaperReading::kPreset;
+  PaperReading swap_state = PaperReading::kPreset;
+  PaperReading coverage_test = PaperReading::kPreset;
+  PaperReading coverage_facets = PaperReading::kPreset;
 
   void Describe(OptionSet* set);
 
@@ -42,7 +74,7 @@ struct PairsOptions {
 
 // A PairsOptions with every preset, -1 and letter replaced by what it stands for.
 struct PairsRecipe {
-  std::string method;
+  PairsMethod method = PairsMethod::kTuned;
   std::string file;
   int per_camera = 0;
   double min_parallax_deg = 0;  // methods by sparse points and mesh_parallax
@@ -54,10 +86,12 @@ struct PairsRecipe {
   SurveyOptions survey;
 
   bool UsesSparsePoints() const {
-    return method == "vu" || method == "tola" || method == "sparse_points";
+    return method == PairsMethod::kVu || method == PairsMethod::kTola ||
+           method == PairsMethod::kSparsePoints;
   }
   bool UsesEnergies() const {
-    return method == "tuned" || method == "paper" || method == "paper_strict";
+    return method == PairsMethod::kTuned || method == PairsMethod::kPaper ||
+           method == PairsMethod::kPaperStrict;
   }
 };
 

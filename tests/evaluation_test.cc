@@ -81,7 +81,7 @@ TEST(Evaluation, HalfAMeshHasFullPrecisionAndHalfRecall) {
   EXPECT_NEAR(evaluation.scores[0].f1, 2 * recall / (1 + recall), 1e-12);
   // The other way round, what the truth does not cover counts against precision unless dropped.
   EXPECT_NEAR(EvaluateMesh(half, MeshTruth(left), options).scores[0].precision, 0.501, 2e-3);
-  options.unmatched = "drop";
+  options.unmatched = UnmatchedSamples::kDrop;
   options.max_distance = 0.0011;
   EXPECT_GT(EvaluateMesh(half, MeshTruth(left), options).scores[0].precision, 0.99);
 }
@@ -92,8 +92,8 @@ TEST(Evaluation, MeshAndCloudTruthAgree) {
   const EvaluationOptions options = Options("0.001,0.003,0.01");
   const Evaluation to_mesh = EvaluateMesh(mesh, MeshTruth(truth), options);
   const Evaluation to_cloud = EvaluateMesh(mesh, CloudTruth(truth, 100000, true), options);
-  EXPECT_EQ(to_mesh.distance, "point");
-  EXPECT_EQ(to_cloud.distance, "plane");
+  EXPECT_EQ(to_mesh.distance, DistanceKind::kPoint);
+  EXPECT_EQ(to_cloud.distance, DistanceKind::kPlane);
   EXPECT_NEAR(to_cloud.accuracy.mean, to_mesh.accuracy.mean, 0.02 * to_mesh.accuracy.mean);
   EXPECT_NEAR(to_cloud.completeness.mean, to_mesh.completeness.mean,
               0.02 * to_mesh.completeness.mean);
@@ -129,7 +129,7 @@ TEST(Evaluation, RigidFitRecoversTheMotion) {
     EvaluationOptions options = Options("0.002,0.01");
     const double unfitted = EvaluateMesh(relief, truth, options).accuracy.mean;
     EXPECT_GT(unfitted, 0.005);
-    options.align = "rigid";
+    options.align = AlignmentKind::kRigid;
     const Evaluation evaluation = EvaluateMesh(relief, truth, options);
     const double tolerance = truth.IsMesh() ? 1e-5 : 5e-4;
     const Similarity found = evaluation.truth_from_mesh.Inverse();
@@ -157,9 +157,9 @@ TEST(Evaluation, SimilarityFitRecoversTheScale) {
   motion.translation = {-0.004, -0.018, 0.01};
   const TriangleMesh mesh = Moved(relief, motion.Inverse());
   EvaluationOptions options = Options("0.002,0.02");
-  options.align = "rigid";
+  options.align = AlignmentKind::kRigid;
   EXPECT_GT(EvaluateMesh(mesh, MeshTruth(relief), options).accuracy.mean, 1e-3);
-  options.align = "similarity";
+  options.align = AlignmentKind::kSimilarity;
   const Evaluation evaluation = EvaluateMesh(mesh, MeshTruth(relief), options);
   EXPECT_TRUE(evaluation.fit_converged);
   EXPECT_NEAR(evaluation.truth_from_mesh.scale, 1.03, 1e-5);
@@ -188,7 +188,7 @@ TEST(Evaluation, SimilarityScoresInUnitsOfTheTruth) {
   Similarity shrink;
   shrink.scale = 0.8;
   EvaluationOptions options = Options("0.01,1");
-  options.align = "similarity";
+  options.align = AlignmentKind::kSimilarity;
   const Evaluation evaluation =
       EvaluateMesh(Moved(sphere_and_patch(3.05), shrink), MeshTruth(sphere_and_patch(3)), options);
   EXPECT_NEAR(evaluation.truth_from_mesh.scale, 1.25, 1e-5);
@@ -202,29 +202,29 @@ TEST(Evaluation, BothDistancesAreReported) {
   const TriangleMesh wide = Plane(0.02, 1.2);
   EvaluationOptions options = Options("0.03");
   options.max_distance = 1;
-  for (const char* distance : {"point", "plane"}) {
+  for (const DistanceKind distance : {DistanceKind::kPoint, DistanceKind::kPlane}) {
     options.distance = distance;
     const Evaluation evaluation = EvaluateMesh(wide, MeshTruth(Plane(0)), options);
-    const bool to_plane = evaluation.distance == "plane";
+    const bool to_plane = evaluation.distance == DistanceKind::kPlane;
     EXPECT_EQ(evaluation.distance, distance);
-    EXPECT_EQ(evaluation.other_distance, to_plane ? "point" : "plane");
+    ASSERT_EQ(evaluation.other_distance, to_plane ? DistanceKind::kPoint : DistanceKind::kPlane);
+    const std::string other = to_plane ? "point" : "plane";
     const DistanceStatistics& plane = to_plane ? evaluation.accuracy : evaluation.other_accuracy;
     const DistanceStatistics& point = to_plane ? evaluation.other_accuracy : evaluation.accuracy;
     EXPECT_NEAR(plane.mean, 0.02, 1e-12);
     EXPECT_GT(point.mean, 0.04);
-    EXPECT_EQ(ToJson(evaluation)["other_distance"]["distance"], evaluation.other_distance);
-    EXPECT_NE(EvaluationReport(evaluation).find("accuracy, " + evaluation.other_distance),
-              std::string::npos);
+    EXPECT_EQ(ToJson(evaluation)["other_distance"]["distance"], other);
+    EXPECT_NE(EvaluationReport(evaluation).find("accuracy, " + other), std::string::npos);
   }
-  options.distance = "auto";
+  options.distance = DistanceKind::kAuto;
   const Evaluation without_normals = EvaluateMesh(wide, CloudTruth(Plane(0), 1000, false), options);
-  EXPECT_EQ(without_normals.other_distance, "");
+  EXPECT_EQ(without_normals.other_distance, std::nullopt);
   EXPECT_TRUE(ToJson(without_normals)["other_distance"].is_null());
 }
 
 TEST(Evaluation, RigidFitLeavesFreeDirectionsAlone) {
   EvaluationOptions options = Options("0.05");
-  options.align = "rigid";
+  options.align = AlignmentKind::kRigid;
   const Evaluation evaluation = EvaluateMesh(Plane(0.02), MeshTruth(Plane(0)), options);
   EXPECT_NEAR(evaluation.fit_shift, 0.02, 1e-6);
   EXPECT_LT((evaluation.truth_from_mesh.translation + Eigen::Vector3d(0, 0, 0.02)).norm(), 1e-6);
@@ -235,7 +235,7 @@ TEST(Evaluation, SameBytesForAnyThreadCount) {
   const TriangleMesh mesh = Relief(12);
   const Truth truth = CloudTruth(Relief(30), 20000, true);
   EvaluationOptions options = Options("0.002,0.01");
-  options.align = "rigid";
+  options.align = AlignmentKind::kRigid;
   SetThreadCount(1);
   const std::string one = ToJson(EvaluateMesh(mesh, truth, options)).dump();
   const std::vector<double> errors_one = VertexErrors(mesh, truth);
@@ -280,13 +280,13 @@ TEST(Evaluation, InputErrorsAreSaid) {
   EXPECT_THROW(EvaluateMesh(TriangleMesh(), MeshTruth(Plane(0)), Options("1")), InputError);
   EXPECT_THROW(EvaluateMesh(Plane(0), Truth(), Options("1")), InputError);
   EvaluationOptions options = Options("0.01");
-  options.distance = "plane";
+  options.distance = DistanceKind::kPlane;
   EXPECT_THROW(EvaluateMesh(Plane(0), CloudTruth(Plane(0), 100, false), options), InputError);
   options = Options("0.01");
-  options.align = "rigid";
+  options.align = AlignmentKind::kRigid;
   EXPECT_THROW(EvaluateMesh(Plane(0), MeshTruth(Plane(100)), options), InputError);
   // Nothing in reach without a fit is a score of zero, not an error.
-  options.align = "none";
+  options.align = AlignmentKind::kNone;
   const Evaluation evaluation = EvaluateMesh(Plane(0), MeshTruth(Plane(100)), options);
   EXPECT_EQ(evaluation.accuracy.matched, 0);
   EXPECT_EQ(evaluation.scores[0].f1, 0);
@@ -326,9 +326,9 @@ TEST(Evaluation, ReproducesTheFountainsPublishedScores) {
     GTEST_SKIP() << "BURIN_SHARED_DATA does not hold fountain-p11";
   }
   EvaluationOptions options;
-  options.align = "rigid";
+  options.align = AlignmentKind::kRigid;
   options.sample_count = 200000;
-  options.unmatched = "drop";
+  options.unmatched = UnmatchedSamples::kDrop;
   const Evaluation evaluation = EvaluateMesh(ReadMesh(folder / "init.ply"),
                                              ReadTruth(folder / "truth/points_10mm.ply"), options);
   EXPECT_NEAR(evaluation.accuracy.median, 0.0077, 0.0001);

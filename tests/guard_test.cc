@@ -285,8 +285,8 @@ TriangleMesh Slab(int cells, double thickness) {
 
 TEST(WeakEvidence, TwoSheetsThreePixelsApartStayApart) {
   SyntheticOptions options;
-  options.scene = "scan";
-  options.scan_up = "y";
+  options.scene = SyntheticKind::kScan;
+  options.scan_up = SignedAxis::kY;
   options.views = 12;
   options.width = 240;
   options.height = 180;

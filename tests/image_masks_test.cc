@@ -115,7 +115,7 @@ TEST(ImageMasks, LeavingOutAMovingObjectMendsTheMesh) {
   options.truth_point_count = 1000;
   options.point_count = 500;
   const SyntheticScene clean = MakeSyntheticScene(options);
-  options.stress = "mover";
+  options.stress = StressKind::kMover;
   SyntheticScene moved = MakeSyntheticScene(options);
   const auto error = [&](const Scene& scene) {
     return RmseToTruthMesh(RunPipeline(scene, moved.init, PipelineOptions()).mesh, clean.truth,

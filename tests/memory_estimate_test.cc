@@ -120,11 +120,12 @@ TEST(MemoryEstimate, CoarserOptionsNeedLess) {
   const double defaults = mib([](PipelineOptions*) {});
   EXPECT_LT(mib([](PipelineOptions* o) { o->refinement.level.finest = 1; }), defaults);
   EXPECT_LT(mib([](PipelineOptions* o) { o->refinement.level.max_facet_px = 64; }), defaults);
-  EXPECT_LT(mib([](PipelineOptions* o) { o->smooth.type = "none"; }), defaults);
-  EXPECT_LT(mib([](PipelineOptions* o) { o->photo.mask.mode = "none"; }), defaults);
-  EXPECT_GT(mib([](PipelineOptions* o) { o->refinement.motion = "free"; }), defaults);
+  EXPECT_LT(mib([](PipelineOptions* o) { o->smooth.type = SmoothnessType::kNone; }), defaults);
+  EXPECT_LT(mib([](PipelineOptions* o) { o->photo.mask.mode = MaskMode::kNone; }), defaults);
+  EXPECT_GT(mib([](PipelineOptions* o) { o->refinement.motion = Motion::kFree; }), defaults);
   EXPECT_GT(mib([](PipelineOptions* o) { o->photo.double_precision = true; }), defaults);
-  EXPECT_GT(mib([](PipelineOptions* o) { o->smooth.type = "bilaplacian"; }), defaults);
+  EXPECT_GT(mib([](PipelineOptions* o) { o->smooth.type = SmoothnessType::kBilaplacian; }),
+            defaults);
 }
 
 TEST(MemoryEstimate, ALimitBelowTheEstimateIsAnErrorThatSaysWhatFits) {

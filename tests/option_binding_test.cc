@@ -21,11 +21,16 @@ namespace {
 
 using testing::HasSubstr;
 
+enum class Kind { kUmbrella, kBilaplacian };
+Choices<Kind> ChoicesOf(Kind) {
+  return {{Kind::kUmbrella, "umbrella"}, {Kind::kBilaplacian, "bilaplacian"}};
+}
+
 struct SampleOptions {
   bool enabled = true;
   int count = 3;
   double weight = 0.1;
-  std::string kind = "umbrella";
+  Kind kind = Kind::kUmbrella;
   std::string label = "a \"quoted\" \\ back, tab\t and caf\xC3\xA9 # no comment";
   double tiny = 5e-324;
   double third = 1.0 / 3.0;
@@ -35,7 +40,7 @@ struct SampleOptions {
     set.Add("smooth.enabled", &enabled, "use the term");
     set.Add("level.count", &count, "pyramid levels", 1, 10);
     set.Add("smooth.weight", &weight, "factor of the term", 0, 1e6);
-    set.Add("smooth.kind", &kind, "operator", {"umbrella", "bilaplacian"});
+    set.Add("smooth.kind", &kind, "operator");
     set.Add("label", &label, "name of the run | free text");
     set.Add("solver.tiny", &tiny, "a denormal", -1, 1);
     set.Add("solver.third", &third, "a value with 16 digits", -1e300, 1e300);
@@ -70,6 +75,38 @@ class TemporaryFile {
   std::filesystem::path path_;
 };
 
+TEST(Option, AChoiceIsSetByItsNameOnly) {
+  SampleOptions options;
+  OptionSet set = options.Describe();
+  Option* kind = set.Find("smooth.kind");
+  std::string error;
+  EXPECT_TRUE(kind->Set("bilaplacian", &error));
+  EXPECT_EQ(options.kind, Kind::kBilaplacian);
+  EXPECT_EQ(kind->Text(), "bilaplacian");
+  for (const char* wrong : {"cotan", "", "1", "Umbrella", "umbrella "}) {
+    EXPECT_FALSE(kind->Set(wrong, &error));
+    EXPECT_EQ(error,
+              std::string("smooth.kind = ") + wrong + ": must be one of umbrella, bilaplacian");
+    EXPECT_EQ(options.kind, Kind::kBilaplacian);
+  }
+}
+
+// Choices that only the running program knows stay a string.
+TEST(Option, AStringMayHaveChoicesToo) {
+  std::string solver = "auto";
+  OptionSet set;
+  set.Add("solver", &solver, "minimiser", {"auto", "mine"});
+  std::string error;
+  EXPECT_TRUE(set.Find("solver")->Set("mine", &error));
+  EXPECT_EQ(solver, "mine");
+  EXPECT_FALSE(set.Find("solver")->Set("yours", &error));
+  EXPECT_EQ(error, "solver = yours: must be one of auto, mine");
+}
+
+TEST(OptionDeathTest, AValueWithoutAName) {
+  EXPECT_DEATH(NameOf(static_cast<Kind>(7)), "no name for value 7");
+}
+
 void Parse(SampleOptions* options, std::vector<std::string> arguments) {
   CLI::App app;
   OptionSet set = options->Describe();
@@ -84,7 +121,7 @@ TEST(Config, EveryValueReadsBackIdentically) {
   written.count = 7;
   written.weight = 0.1 + 0.2;
   written.third = -1e22;
-  written.kind = "bilaplacian";
+  written.kind = Kind::kBilaplacian;
   written.label += "\x01\x7F\r\n";
   const std::string text = ConfigText(written.Describe());
   SampleOptions read;
@@ -117,7 +154,7 @@ TEST(Config, AcceptsCommentsTablesDottedKeysAndBothStrings) {
   EXPECT_EQ(options.count, 10);
   EXPECT_EQ(options.weight, 1.05);
   EXPECT_FALSE(options.enabled);
-  EXPECT_EQ(options.kind, "bilaplacian");
+  EXPECT_EQ(options.kind, Kind::kBilaplacian);
   ParseConfig("smooth.weight = 0x10\nlabel = \"\"\"\none\ntwo\"\"\"\n[empty]\n", "c.toml", &set);
   EXPECT_EQ(options.weight, 16);
   EXPECT_EQ(options.label, "one\ntwo");
@@ -244,7 +281,7 @@ TEST(OptionBinding, FlagsSetTheStruct) {
   EXPECT_EQ(options.weight, 2.5);
   EXPECT_FALSE(options.enabled);
   EXPECT_EQ(options.count, 4);
-  EXPECT_EQ(options.kind, "bilaplacian");
+  EXPECT_EQ(options.kind, Kind::kBilaplacian);
   EXPECT_EQ(options.third, -2);
 }
 
@@ -279,7 +316,7 @@ TEST(OptionBinding, FlagsOverrideConfigWhateverTheirOrder) {
   Parse(&options, {"--level.count", "9", "--config", first.path(), "--config", second.path()});
   EXPECT_EQ(options.count, 9);
   EXPECT_EQ(options.weight, 6);
-  EXPECT_EQ(options.kind, "bilaplacian");
+  EXPECT_EQ(options.kind, Kind::kBilaplacian);
 }
 
 TEST(OptionBinding, BadFlagsAreErrors) {

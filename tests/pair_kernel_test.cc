@@ -34,7 +34,7 @@ struct Round {
   std::unique_ptr<PhotometricRound> energy;
 };
 
-PhotometricOptions Options(int window, const std::string& mask, bool double_precision) {
+PhotometricOptions Options(int window, MaskMode mask, bool double_precision) {
   PhotometricOptions options;
   options.window = window;
   options.mask.mode = mask;
@@ -67,14 +67,14 @@ std::pair<double, int> OneByOne(const Round& round) {
 
 TEST(PairKernel, EnergyIsThatOfWindowsSummedOneByOne) {
   for (const int window : {3, 5, 7, 9, 17, 31}) {
-    for (const char* mask : {"none", "plane"}) {
+    for (const MaskMode mask : {MaskMode::kNone, MaskMode::kPlane}) {
       for (const bool double_precision : {false, true}) {
         const Round round(Options(window, mask, double_precision));
         const double energy = round.energy->Evaluate(round.mesh.vertices, true);
         const auto [expected, windows] = OneByOne(round);
         ASSERT_GT(windows, 1000);
-        EXPECT_EQ(round.energy->valid_windows(), windows) << window << " " << mask;
-        EXPECT_NEAR(energy, expected, 2e-5 * expected) << window << " " << mask;
+        EXPECT_EQ(round.energy->valid_windows(), windows) << window << " " << NameOf(mask);
+        EXPECT_NEAR(energy, expected, 2e-5 * expected) << window << " " << NameOf(mask);
       }
     }
   }
@@ -82,8 +82,8 @@ TEST(PairKernel, EnergyIsThatOfWindowsSummedOneByOne) {
 
 TEST(PairKernel, SingleAgreesWithDoubleForEverySizeOfWindow) {
   for (const int window : {3, 5, 9, 31}) {
-    const Round fast(Options(window, "plane", false));
-    const Round exact(Options(window, "plane", true));
+    const Round fast(Options(window, MaskMode::kPlane, false));
+    const Round exact(Options(window, MaskMode::kPlane, true));
     fast.energy->Evaluate(fast.mesh.vertices, true);
     exact.energy->Evaluate(exact.mesh.vertices, true);
     double error[2] = {0, 0};
@@ -103,7 +103,7 @@ TEST(PairKernel, SingleAgreesWithDoubleForEverySizeOfWindow) {
 
 // The energy alone and with derivatives goes through different code for halos and rows.
 TEST(PairKernel, EnergyDoesNotDependOnDerivatives) {
-  Round round(Options(5, "plane", false));
+  Round round(Options(5, MaskMode::kPlane, false));
   const double with = round.energy->Evaluate(round.mesh.vertices, true);
   round.energy = round.term->FreezeRound(round.context);
   EXPECT_EQ(round.energy->Evaluate(round.mesh.vertices, false), with);
@@ -116,7 +116,7 @@ TEST(PairKernel, EveryInstructionSetGivesTheSame) {
   for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
     hwy::SetSupportedTargetsForTest(target);
     hwy::GetChosenTarget().DeInit();
-    const Round round(Options(5, "plane", false));
+    const Round round(Options(5, MaskMode::kPlane, false));
     const double energy = round.energy->Evaluate(round.mesh.vertices, true);
     double sum = 0;
     for (const CornerSums& corner : round.energy->corner_sums()) sum += std::abs(corner.slope[1]);

@@ -88,7 +88,7 @@ TEST(Photometric, SceneHasOcclusions) {
 }
 
 // Derivatives hold for every way of masking windows.
-MaskOptions Mask(const std::string& mode, const std::string& below = "drop", double band_px = 0) {
+MaskOptions Mask(MaskMode mode, PoorWindow below = PoorWindow::kDrop, double band_px = 0) {
   MaskOptions mask;
   mask.mode = mode;
   mask.below = below;
@@ -99,15 +99,17 @@ MaskOptions Mask(const std::string& mode, const std::string& below = "drop", dou
 }
 
 class PhotometricMasks : public testing::TestWithParam<MaskOptions> {};
-INSTANTIATE_TEST_SUITE_P(All, PhotometricMasks,
-                         testing::Values(Mask("none"), Mask("paper_strict"), Mask("paper"),
-                                         Mask("plane"), Mask("plane", "full"),
-                                         Mask("plane", "full_thin"), Mask("plane", "full_thin", 1)),
-                         [](const auto& test) {
-                           return test.param.mode +
-                                  (test.param.below == "drop" ? "" : "_" + test.param.below) +
-                                  (test.param.band_px > 0 ? "_band" : "");
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    All, PhotometricMasks,
+    testing::Values(Mask(MaskMode::kNone), Mask(MaskMode::kPaperStrict), Mask(MaskMode::kPaper),
+                    Mask(MaskMode::kPlane), Mask(MaskMode::kPlane, PoorWindow::kFull),
+                    Mask(MaskMode::kPlane, PoorWindow::kFullThin),
+                    Mask(MaskMode::kPlane, PoorWindow::kFullThin, 1)),
+    [](const auto& test) {
+      return NameOf(test.param.mode) +
+             (test.param.below == PoorWindow::kDrop ? "" : "_" + NameOf(test.param.below)) +
+             (test.param.band_px > 0 ? "_band" : "");
+    });
 
 // Of the windows that count, a tenth and more have lost taps to their mask.
 TEST_P(PhotometricMasks, MaskManyWindows) {
@@ -122,7 +124,7 @@ TEST_P(PhotometricMasks, MaskManyWindows) {
       partly += kept >= 5 ? 1 : 0;
     }
   }
-  if (GetParam().mode == "none") {
+  if (GetParam().mode == MaskMode::kNone) {
     EXPECT_EQ(partly, 0);
   } else {
     EXPECT_GT(static_cast<double>(partly), 0.1 * static_cast<double>(windows));
@@ -165,7 +167,7 @@ TEST_P(PhotometricMasks, GradientMatchesCentralDifferencesOfSingleVertices) {
       checked += gradient[v].norm() > 0 ? 1 : 0;
     }
   }
-  EXPECT_GT(checked, GetParam().mode == "paper_strict" ? 10 : 40);
+  EXPECT_GT(checked, GetParam().mode == MaskMode::kPaperStrict ? 10 : 40);
 }
 
 TEST(Photometric, PatchCostsSumToEnergyAndGradient) {
@@ -246,7 +248,7 @@ Reference EvaluateByAutodiff(const RoundContext& context, const PhotometricOptio
       }
     }
     const DepthPlanes planes = MakeDepthPlanes(domain, mesh, view.camera);
-    const MaskMode mode = MaskModeNamed(options.mask.mode);
+    const MaskMode mode = options.mask.mode;
     const double min_taps = std::ceil(options.min_valid_share * options.window * options.window);
     const WindowMasks masks =
         MakeWindowMasks(planes, radius, mode, options.mask.plane_px, static_cast<int>(min_taps));
@@ -301,10 +303,10 @@ Reference EvaluateByAutodiff(const RoundContext& context, const PhotometricOptio
               }
             }
           }
-          const std::string& below = options.mask.below;
+          const PoorWindow below = options.mask.below;
           const bool is_thin = thin[y * domain.width + x] != 0;
           if (static_cast<double>(taps.size()) < min_taps &&
-              (below == "full" || (is_thin && below == "full_thin"))) {
+              (below == PoorWindow::kFull || (is_thin && below == PoorWindow::kFullThin))) {
             taps = all_taps;
           }
           const auto n = static_cast<double>(taps.size());
@@ -345,7 +347,7 @@ Reference EvaluateByAutodiff(const RoundContext& context, const PhotometricOptio
 // The context's domains as mask.band_px leaves them.
 std::vector<ViewDomain> ClearOfSteps(const RoundContext& context, const MaskOptions& mask) {
   std::vector<ViewDomain> domains = *context.domains;
-  if (mask.mode != "plane" || mask.band_px == 0) return domains;
+  if (mask.mode != MaskMode::kPlane || mask.band_px == 0) return domains;
   std::vector<Camera> cameras;
   std::vector<std::vector<uint8_t>> near_steps;
   for (size_t i = 0; i < domains.size(); ++i) {
@@ -392,7 +394,7 @@ TEST_P(PhotometricMasks, CurvatureMajorisesTheGaussNewtonMatrixOfAutodiff) {
   const std::vector<ViewDomain> clear_domains = ClearOfSteps(context, options.mask);
   clear.domains = &clear_domains;
   const Reference reference = EvaluateByAutodiff(clear, options);
-  EXPECT_GT(value, GetParam().mode == "paper_strict" ? 1 : 100);
+  EXPECT_GT(value, GetParam().mode == MaskMode::kPaperStrict ? 1 : 100);
   EXPECT_NEAR(value, reference.energy, 1e-9 * value);
   EXPECT_LT((gradient - reference.gradient).norm(), 1e-9 * gradient.norm());
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> difference(curvature -

@@ -109,7 +109,7 @@ TEST(Refinement, FrozenRoundsCanBeTriedAgain) {
 
 TEST(Refinement, FreeMotionWorksToo) {
   PipelineOptions options;
-  options.refinement.motion = "free";
+  options.refinement.motion = Motion::kFree;
   const PipelineResult result = RunPipeline(Relief().scene, Relief().init, options);
   EXPECT_LT(Rmse(result.mesh), Rmse(Relief().init) / 4);
 }

@@ -36,7 +36,7 @@ TriangleMesh Plane() {
   return mesh;
 }
 
-PairsOptions Method(const std::string& method, int per_camera = 4) {
+PairsOptions Method(PairsMethod method, int per_camera = 4) {
   PairsOptions options;
   options.method = method;
   options.per_camera = per_camera;
@@ -69,7 +69,7 @@ TEST(SparsePointPairs, CountsOnlyPointsInTheParallaxRange) {
 
 TEST(PairSelection, TunedNeedsNoPointsAndTakesAboutTwentyDegrees) {
   const PairSelection selection =
-      SelectPairs(ArcScene({0, 5, 21, 50}), Plane(), Method("tuned", 1));
+      SelectPairs(ArcScene({0, 5, 21, 50}), Plane(), Method(PairsMethod::kTuned, 1));
   EXPECT_EQ(PartnerOf(selection, 0), 2);
   EXPECT_EQ(PartnerOf(selection, 3), 2);
 }
@@ -86,12 +86,12 @@ std::string ErrorOf(const Scene& scene, const TriangleMesh& mesh, const PairsOpt
 TEST(PairSelection, ZeroPairsNamesCameraAndTest) {
   Scene scene = ArcScene({0, 3});
   PairsOptions options;
-  options.method = "mesh_parallax";
+  options.method = PairsMethod::kMeshParallax;
   EXPECT_EQ(ErrorOf(scene, Plane(), options),
             "no camera pair: view0 shares visible facets with other views, but none under a "
             "parallax of 8-45 deg; view1 shares visible facets with other views, but none under a "
             "parallax of 8-45 deg");
-  options.method = "vu";
+  options.method = PairsMethod::kVu;
   EXPECT_EQ(ErrorOf(scene, Plane(), options),
             "pairs.method = vu: the scene has no sparse points; take tuned");
   scene.points = {{Eigen::Vector3d::Zero(), {0, 1}}};
@@ -117,8 +117,8 @@ Scene SymmetryScene() {
 }
 
 TEST(PairSelection, PaperTakesTheSymmetricPartnerOfEqualResolution) {
-  EXPECT_EQ(PartnerOf(SelectPairs(SymmetryScene(), Plane(), Method("paper", 1)), 0), 2);
-  PairsOptions only_overlap = Method("paper", 1);
+  EXPECT_EQ(PartnerOf(SelectPairs(SymmetryScene(), Plane(), Method(PairsMethod::kPaper, 1)), 0), 2);
+  PairsOptions only_overlap = Method(PairsMethod::kPaper, 1);
   only_overlap.terms = "O";  // all the same: the first
   EXPECT_EQ(PartnerOf(SelectPairs(SymmetryScene(), Plane(), only_overlap), 0), 1);
 }
@@ -129,26 +129,26 @@ TEST(PairSelection, ThePrintedResolutionTermDoesNotSeeDistance) {
   Scene scene = SymmetryScene();
   scene.views[2].camera =
       test::LookAt(ArcScene({10}).views[0].camera.Center(), Eigen::Vector3d::Zero(), 100, 100, 100);
-  PairsOptions options = Method("paper", 1);
+  PairsOptions options = Method(PairsMethod::kPaper, 1);
   options.terms = "OSPR";
   EXPECT_EQ(PartnerOf(SelectPairs(scene, Plane(), options), 0), 2);
-  options.resolution_term = "printed";
+  options.resolution_term = PaperReading::kPrinted;
   EXPECT_EQ(PartnerOf(SelectPairs(scene, Plane(), options), 0), 3);
 }
 
 TEST(PairSelection, PerCameraGivesThatManyPartners) {
   const Scene scene = ArcScene({-40, -30, -20, -10, 0, 10, 20, 30, 40});
   for (const int partners : {1, 2, 4, 8}) {
-    for (const char* method : {"paper", "paper_strict"}) {
+    for (const PairsMethod method : {PairsMethod::kPaper, PairsMethod::kPaperStrict}) {
       EXPECT_EQ(SelectPairs(scene, Plane(), Method(method, partners)).pairs.size(), 9U * partners);
     }
   }
-  EXPECT_EQ(SelectPairs(scene, Plane(), Method("all")).pairs.size(), 72U);
+  EXPECT_EQ(SelectPairs(scene, Plane(), Method(PairsMethod::kAll)).pairs.size(), 72U);
 }
 
 TEST(PairSelection, PaperStrictLeavesTheInitialPairs) {
   const PairSelection selection =
-      SelectPairs(ArcScene({-40, -10, 0, 30, 60}), Plane(), Method("paper_strict", 1));
+      SelectPairs(ArcScene({-40, -10, 0, 30, 60}), Plane(), Method(PairsMethod::kPaperStrict, 1));
   EXPECT_EQ(selection.pairs, selection.initial_pairs);
   EXPECT_TRUE(selection.swaps.empty());
 }
@@ -156,8 +156,8 @@ TEST(PairSelection, PaperStrictLeavesTheInitialPairs) {
 TEST(PairSelection, TolaCountsFrom10To30Degrees) {
   Scene scene = ArcScene({0, 25, 50});
   scene.points = {{Eigen::Vector3d::Zero(), {0, 1, 2}}};
-  EXPECT_EQ(SelectPairs(scene, Plane(), Method("tola", 2)).pairs.size(), 4U);
-  EXPECT_EQ(SelectPairs(scene, Plane(), Method("vu", 2)).pairs.size(), 6U);
+  EXPECT_EQ(SelectPairs(scene, Plane(), Method(PairsMethod::kTola, 2)).pairs.size(), 4U);
+  EXPECT_EQ(SelectPairs(scene, Plane(), Method(PairsMethod::kVu, 2)).pairs.size(), 6U);
 }
 
 TEST(PairSelection, TheSameForAnyNumberOfThreads) {
@@ -173,7 +173,7 @@ TEST(PairSelection, TheSameForAnyNumberOfThreads) {
     SetThreadCount(threads);
     const PairSurvey survey = SurveyPairs(scene, test::OccluderMesh(), SurveyOptions());
     const PairSelection selection =
-        SelectPairs(scene, test::OccluderMesh(), Method("paper", 1), &survey);
+        SelectPairs(scene, test::OccluderMesh(), Method(PairsMethod::kPaper, 1), &survey);
     const std::string json = PairsJson(scene, survey, selection).dump();
     EXPECT_TRUE(before.empty() || json == before) << threads;
     before = json;
@@ -182,11 +182,11 @@ TEST(PairSelection, TheSameForAnyNumberOfThreads) {
 }
 
 TEST(PairSelection, MeshMethodsNameTheFailingTest) {
-  EXPECT_EQ(ErrorOf(ArcScene({0}), Plane(), Method("paper")),
+  EXPECT_EQ(ErrorOf(ArcScene({0}), Plane(), Method(PairsMethod::kPaper)),
             "no camera pair: the scene has one view only, view0; a pair needs two");
   TriangleMesh away = Plane();
   for (Eigen::Vector3d& vertex : away.vertices) vertex.x() += 1000;
-  EXPECT_EQ(ErrorOf(ArcScene({0, 30}), away, Method("paper")),
+  EXPECT_EQ(ErrorOf(ArcScene({0, 30}), away, Method(PairsMethod::kPaper)),
             "no camera pair: none of the 2 views sees the front of a facet of the mesh");
   // A wide plane of which the two views see ends that hardly meet.
   TriangleMesh wide;
@@ -197,10 +197,10 @@ TEST(PairSelection, MeshMethodsNameTheFailingTest) {
     view.name = x < 0 ? "left" : "right";
     view.camera = test::LookAt({x, 0, 5}, {x, 0, 0}, 200, 200, 200);
   }
-  const std::string error = ErrorOf(scene, wide, Method("paper"));
+  const std::string error = ErrorOf(scene, wide, Method(PairsMethod::kPaper));
   EXPECT_NE(error.find("left shares at most 3."), std::string::npos) << error;
   EXPECT_NE(error.find("pairs.min_overlap asks for 5 %"), std::string::npos) << error;
-  PairsOptions lenient = Method("paper");
+  PairsOptions lenient = Method(PairsMethod::kPaper);
   lenient.min_overlap = 0.01;
   EXPECT_EQ(SelectPairs(scene, wide, lenient).pairs.size(), 2U);
 }
@@ -214,7 +214,7 @@ TEST(PairsOptions, WhatDoesNotFitIsAnInputError) {
     }
     return "";
   };
-  PairsOptions options = Method("paper");
+  PairsOptions options = Method(PairsMethod::kPaper);
   EXPECT_EQ(error_of(options), "");
   options.terms = "OX";
   EXPECT_EQ(error_of(options),
@@ -223,8 +223,9 @@ TEST(PairsOptions, WhatDoesNotFitIsAnInputError) {
   EXPECT_NE(error_of(options), "");
   options.terms = "C";
   EXPECT_EQ(error_of(options), "pairs.terms = C: needs one of O, S, P, R");
-  EXPECT_EQ(error_of(Method("file")), "pairs.file: must name a file for pairs.method = file");
-  options = Method("paper");
+  EXPECT_EQ(error_of(Method(PairsMethod::kFile)),
+            "pairs.file: must name a file for pairs.method = file");
+  options = Method(PairsMethod::kPaper);
   options.file = "pairs.json";
   EXPECT_EQ(error_of(options), "pairs.file: is read by pairs.method = file only, not by paper");
 }
@@ -238,7 +239,7 @@ class PairFile : public testing::Test {
   void TearDown() override { std::filesystem::remove(path_); }
   void Write(const std::string& text) const { std::ofstream(path_) << text; }
   std::string Error() const {
-    PairsOptions options = Method("file");
+    PairsOptions options = Method(PairsMethod::kFile);
     options.file = path_.string();
     const std::string error = ErrorOf(ArcScene({0, 30, 60}), Plane(), options);
     return error.substr(std::min(error.size(), path_.string().size()));
@@ -249,10 +250,11 @@ class PairFile : public testing::Test {
 TEST_F(PairFile, ReadsBackWhatSelectWrites) {
   const Scene scene = ArcScene({0, 30, 60});
   const PairSurvey survey = SurveyPairs(scene, Plane(), SurveyOptions());
-  const PairSelection selection = SelectPairs(scene, Plane(), Method("paper", 2), &survey);
+  const PairSelection selection =
+      SelectPairs(scene, Plane(), Method(PairsMethod::kPaper, 2), &survey);
   Write(PairsJson(scene, survey, selection).dump(2));
   EXPECT_EQ(ReadPairFile(path_, scene), selection.pairs);
-  PairsOptions options = Method("file");
+  PairsOptions options = Method(PairsMethod::kFile);
   options.file = path_.string();
   EXPECT_EQ(SelectPairs(scene, Plane(), options).pairs, selection.pairs);
 }

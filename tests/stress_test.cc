@@ -9,7 +9,7 @@
 namespace burin {
 namespace {
 
-SyntheticOptions Small(const std::string& scene, const std::string& stress) {
+SyntheticOptions Small(SyntheticKind scene, StressKind stress) {
   SyntheticOptions options;
   options.scene = scene;
   options.stress = stress;
@@ -23,7 +23,13 @@ SyntheticOptions Small(const std::string& scene, const std::string& stress) {
   return options;
 }
 
-using Case = std::tuple<std::string, std::string>;
+using Case = std::tuple<SyntheticKind, StressKind>;
+std::vector<StressKind> Stresses() {
+  std::vector<StressKind> stresses;
+  for (const auto& choice : ChoicesOf(StressKind())) stresses.push_back(choice.first);
+  return stresses;
+}
+
 class HardPhotographs : public testing::TestWithParam<Case> {};
 
 TEST_P(HardPhotographs, TheRefinedMeshIsNotWorse) {
@@ -47,31 +53,35 @@ TEST_P(HardPhotographs, TheRefinedMeshIsNotWorse) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, HardPhotographs,
-                         testing::Combine(testing::Values("relief", "occluders"),
-                                          testing::ValuesIn(StressNames())),
+                         testing::Combine(testing::Values(SyntheticKind::kRelief,
+                                                          SyntheticKind::kOccluders),
+                                          testing::ValuesIn(Stresses())),
                          [](const auto& test) {
-                           return std::get<0>(test.param) + "_" + std::get<1>(test.param);
+                           return NameOf(std::get<0>(test.param)) + "_" +
+                                  NameOf(std::get<1>(test.param));
                          });
 
 // Each does what it says, and nothing else.
 TEST(Stresses, ChangeWhatTheySay) {
-  const SyntheticScene clean = MakeSyntheticScene(Small("relief", "none"));
+  const SyntheticScene clean = MakeSyntheticScene(Small(SyntheticKind::kRelief, StressKind::kNone));
   const auto changed = [&](const SyntheticScene& scene, size_t view) {
     cv::Mat difference;
     cv::absdiff(scene.scene.views[view].gray, clean.scene.views[view].gray, difference);
     return cv::countNonZero(difference) / static_cast<double>(difference.total());
   };
-  const SyntheticScene saturated = MakeSyntheticScene(Small("relief", "saturated"));
+  const SyntheticScene saturated =
+      MakeSyntheticScene(Small(SyntheticKind::kRelief, StressKind::kSaturated));
   EXPECT_EQ(changed(saturated, 0), 0);
   EXPECT_NEAR(changed(saturated, 1), 1.0 / 3, 0.02);
   const cv::Mat part = saturated.scene.views[1].gray.colRange(0, 80);
   EXPECT_GT(cv::countNonZero(part == 255) / static_cast<double>(part.total()), 0.8);
-  const SyntheticScene mover = MakeSyntheticScene(Small("relief", "mover"));
+  const SyntheticScene mover =
+      MakeSyntheticScene(Small(SyntheticKind::kRelief, StressKind::kMover));
   for (size_t view = 0; view < 6; ++view) {
     const double disc = 3.14159 / 64 * 180 / 240;  // radius an eighth of the height
     EXPECT_NEAR(changed(mover, view), view == 2 || view == 3 ? disc : 0, 0.1 * disc) << view;
   }
-  const SyntheticScene pose = MakeSyntheticScene(Small("relief", "pose"));
+  const SyntheticScene pose = MakeSyntheticScene(Small(SyntheticKind::kRelief, StressKind::kPose));
   for (size_t view = 0; view < 6; ++view) {
     EXPECT_EQ(changed(pose, view), 0);
     const Eigen::Vector3d point(0.05, -0.03, 0);

@@ -21,7 +21,10 @@
 namespace burin {
 namespace {
 
-SyntheticOptions SmallOptions(const std::string& scene) {
+constexpr SyntheticKind kAll[] = {SyntheticKind::kRelief, SyntheticKind::kOccluders,
+                                  SyntheticKind::kScan};
+
+SyntheticOptions SmallOptions(SyntheticKind scene) {
   SyntheticOptions options;
   options.scene = scene;
   options.views = 3;
@@ -38,18 +41,18 @@ TriangleMesh BumpySphere() {
   });
 }
 
-SyntheticScene MakeSmallScene(const std::string& name) {
-  SyntheticOptions options = SmallOptions(name);
-  if (name == "scan") options.views = 20;
-  return MakeSyntheticScene(options, name == "scan" ? BumpySphere() : TriangleMesh());
+SyntheticScene MakeSmallScene(SyntheticKind kind) {
+  SyntheticOptions options = SmallOptions(kind);
+  if (kind == SyntheticKind::kScan) options.views = 20;
+  return MakeSyntheticScene(options, kind == SyntheticKind::kScan ? BumpySphere() : TriangleMesh());
 }
 
 // Made once for all tests.
-const SyntheticScene& SmallScene(const std::string& name) {
-  static auto* scenes = new std::map<std::string, SyntheticScene>();
-  const auto found = scenes->find(name);
+const SyntheticScene& SmallScene(SyntheticKind kind) {
+  static auto* scenes = new std::map<SyntheticKind, SyntheticScene>();
+  const auto found = scenes->find(kind);
   return found != scenes->end() ? found->second
-                                : scenes->emplace(name, MakeSmallScene(name)).first->second;
+                                : scenes->emplace(kind, MakeSmallScene(kind)).first->second;
 }
 
 // Every number of a scene, as bytes.
@@ -176,8 +179,8 @@ double HiddenShare(const SyntheticScene& synthetic, int i, int j) {
 }
 
 TEST(Synthetic, SameSeedGivesTheSameBytesForAnyThreadCount) {
-  for (const std::string scene : {"relief", "occluders", "scan"}) {
-    SCOPED_TRACE(scene);
+  for (const SyntheticKind scene : kAll) {
+    SCOPED_TRACE(NameOf(scene));
     SetThreadCount(1);
     const std::string once = Bytes(MakeSmallScene(scene));
     SetThreadCount(2);
@@ -188,7 +191,7 @@ TEST(Synthetic, SameSeedGivesTheSameBytesForAnyThreadCount) {
 }
 
 TEST(Synthetic, AnotherSeedGivesAnotherScene) {
-  SyntheticOptions options = SmallOptions("relief");
+  SyntheticOptions options = SmallOptions(SyntheticKind::kRelief);
   const SyntheticScene first = MakeSyntheticScene(options);
   options.seed = 2;
   const SyntheticScene second = MakeSyntheticScene(options);
@@ -199,12 +202,12 @@ TEST(Synthetic, AnotherSeedGivesAnotherScene) {
   EXPECT_GT(cv::mean(difference)[0], 10);
 }
 
-class SyntheticScenes : public testing::TestWithParam<std::string> {
+class SyntheticScenes : public testing::TestWithParam<SyntheticKind> {
  protected:
   const SyntheticScene& synthetic() const { return SmallScene(GetParam()); }
 };
-INSTANTIATE_TEST_SUITE_P(All, SyntheticScenes, testing::Values("relief", "occluders", "scan"),
-                         [](const auto& scene) { return scene.param; });
+INSTANTIATE_TEST_SUITE_P(All, SyntheticScenes, testing::ValuesIn(kAll),
+                         [](const auto& scene) { return NameOf(scene.param); });
 
 TEST_P(SyntheticScenes, ImagesAgreeThroughTheTruthAndLessThroughTheInit) {
   for (const auto& [i, j] : {std::pair<int, int>(0, 1), {2, 1}}) {
@@ -315,7 +318,7 @@ TEST_P(SyntheticScenes, TruthPointsLieOnTheSurfaceThatTwoViewsSee) {
 }
 
 TEST(Synthetic, SparsePointsWithoutNoiseLieOnTheSurfaceTheirViewsSee) {
-  SyntheticOptions options = SmallOptions("occluders");
+  SyntheticOptions options = SmallOptions(SyntheticKind::kOccluders);
   options.point_noise_px = 0;
   const SyntheticScene synthetic = MakeSyntheticScene(options);
   const MeshRays rays(synthetic.truth);
@@ -330,7 +333,7 @@ TEST(Synthetic, SparsePointsWithoutNoiseLieOnTheSurfaceTheirViewsSee) {
 }
 
 TEST(Synthetic, ReliefStartsByTheReliefAwayFromTheTruth) {
-  SyntheticOptions options = SmallOptions("relief");
+  SyntheticOptions options = SmallOptions(SyntheticKind::kRelief);
   options.init_noise_px = 0;
   const SyntheticScene rough = MakeSyntheticScene(options);
   const double difference = RmsDepthDifference(rough, rough.init);
@@ -343,18 +346,18 @@ TEST(Synthetic, ReliefStartsByTheReliefAwayFromTheTruth) {
 }
 
 TEST(Synthetic, OccludersOccludeAndReliefHardlyDoes) {
-  EXPECT_GT(HiddenShare(SmallScene("occluders"), 0, 2), 0.05);
-  EXPECT_LT(HiddenShare(SmallScene("relief"), 0, 1), 0.05);
+  EXPECT_GT(HiddenShare(SmallScene(SyntheticKind::kOccluders), 0, 2), 0.05);
+  EXPECT_LT(HiddenShare(SmallScene(SyntheticKind::kRelief), 0, 1), 0.05);
 }
 
 TEST(Synthetic, InitialMeshesAreCoarseManifoldAndOrientedAsTheTruth) {
-  for (const std::string name : {"relief", "occluders", "scan"}) {
-    SCOPED_TRACE(name);
-    const SyntheticScene& synthetic = SmallScene(name);
+  for (const SyntheticKind kind : kAll) {
+    SCOPED_TRACE(NameOf(kind));
+    const SyntheticScene& synthetic = SmallScene(kind);
     EXPECT_LT(20 * synthetic.init.faces.size(), synthetic.truth.faces.size());
     const std::vector<char> boundary =
         BoundaryVertices(synthetic.init, VertexFaces(synthetic.init));
-    if (name == "scan") {
+    if (kind == SyntheticKind::kScan) {
       EXPECT_EQ(std::count(boundary.begin(), boundary.end(), 1), 0);
     }
     // Seen from the first camera every face of init that is hit first looks at it.
@@ -376,7 +379,7 @@ TEST(Synthetic, InitialMeshesAreCoarseManifoldAndOrientedAsTheTruth) {
 }
 
 TEST(Synthetic, ExposureAndNoiseAreAsAsked) {
-  SyntheticOptions options = SmallOptions("relief");
+  SyntheticOptions options = SmallOptions(SyntheticKind::kRelief);
   options.noise_sigma = 0;
   options.exposure_spread = 0;
   const SyntheticScene clean = MakeSyntheticScene(options);
@@ -404,10 +407,11 @@ TEST(Synthetic, ExposureAndNoiseAreAsAsked) {
 
 TEST(Synthetic, ScansStandUpright) {
   // A pin on a disc, along each axis in turn: in the scene its tip is always at the top.
-  for (const std::string up : {"x", "-x", "y", "-y", "z", "-z"}) {
+  for (const auto& [scan_up, name] : ChoicesOf(SignedAxis())) {
+    const std::string up = name;
     SCOPED_TRACE(up);
-    SyntheticOptions options = SmallOptions("scan");
-    options.scan_up = up;
+    SyntheticOptions options = SmallOptions(SyntheticKind::kScan);
+    options.scan_up = scan_up;
     options.truth_point_count = 0;
     const double sign = up[0] == '-' ? -1 : 1;
     const int axis = up.back() - 'x';
@@ -436,7 +440,7 @@ TEST(Synthetic, ScansStandUpright) {
 
 TEST(Synthetic, SmallestSizesWork) {
   const TriangleMesh scan = BodyMesh({{1, 1, 1}, 0.3, false}, 0.3, [](const auto&) { return 0.0; });
-  for (const std::string scene : {"relief", "occluders", "scan"}) {
+  for (const SyntheticKind scene : kAll) {
     SyntheticOptions options = SmallOptions(scene);
     options.width = 16;
     options.height = 16;
@@ -456,7 +460,7 @@ TEST(Synthetic, TruthFilesReadBack) {
   const std::filesystem::path folder =
       std::filesystem::path(testing::TempDir()) / "burin_synthetic_truth";
   std::filesystem::remove_all(folder);
-  const SyntheticScene& synthetic = SmallScene("relief");
+  const SyntheticScene& synthetic = SmallScene(SyntheticKind::kRelief);
   EXPECT_THROW(WriteSyntheticTruth(synthetic, folder), InputError);
   std::filesystem::create_directory(folder);
   WriteSyntheticTruth(synthetic, folder);
@@ -477,12 +481,10 @@ TEST(Synthetic, TruthFilesReadBack) {
 }
 
 TEST(Synthetic, BadOptionsAreInputErrors) {
-  SyntheticOptions options = SmallOptions("teapot");
-  EXPECT_THROW(MakeSyntheticScene(options), InputError);
-  options = SmallOptions("relief");
+  SyntheticOptions options = SmallOptions(SyntheticKind::kRelief);
   options.width = -1;
   EXPECT_THROW(MakeSyntheticScene(options), InputError);
-  options = SmallOptions("scan");
+  options = SmallOptions(SyntheticKind::kScan);
   EXPECT_THROW(MakeSyntheticScene(options), InputError);
   TriangleMesh point;
   point.vertices = {{1, 1, 1}};

@@ -77,7 +77,7 @@ void DemoCommand::Run() {
 
   Progress progress;
   progress.Begin(1);
-  progress.Line("making the scene " + scene_options.scene);
+  progress.Line("making the scene " + NameOf(scene_options.scene));
   const SyntheticScene synthetic = MakeSyntheticScene(scene_options);
   WriteColmapScene(synthetic.scene, folder / "scene", true);
   WriteSyntheticTruth(synthetic, folder / "scene");

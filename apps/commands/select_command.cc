@@ -86,7 +86,7 @@ void SelectCommand::Run() {
   WriteTextAtomically(folder / "pairs.json", JsonText(PairsJson(scene, survey, selection)));
   const auto swaps = std::count_if(selection.swaps.begin(), selection.swaps.end(),
                                    [](const SwapTrial& trial) { return trial.accepted; });
-  std::cout << "wrote " << (folder / "pairs.json").string() << ": " << recipe.method << ", "
+  std::cout << "wrote " << (folder / "pairs.json").string() << ": " << NameOf(recipe.method) << ", "
             << selection.pairs.size() << " pairs of " << scene.views.size() << " views\n"
             << std::fixed << std::setprecision(3) << "coverage of the facets that two views see: "
             << "mean " << before.Mean() << " -> " << after.Mean() << ", standard deviation "

@@ -28,23 +28,24 @@ struct SynthCommand {
 
 void SynthCommand::Run() {
   if (!options.mesh_path.empty()) {
-    if (scene_given && options.scene != "scan") {
-      throw InputError("--mesh: only the scene scan is made from a mesh, not " + options.scene);
+    if (scene_given && options.scene != SyntheticKind::kScan) {
+      throw InputError("--mesh: only the scene scan is made from a mesh, not " +
+                       NameOf(options.scene));
     }
-    options.scene = "scan";
-  } else if (options.scene == "scan") {
+    options.scene = SyntheticKind::kScan;
+  } else if (options.scene == SyntheticKind::kScan) {
     throw InputError("--mesh: the scene scan needs a mesh file");
   }
   const OutputFolder made(output);
   const std::filesystem::path& folder = made.path();
   TriangleMesh scan;
-  if (options.scene == "scan") scan = ReadMesh(options.mesh_path);
+  if (options.scene == SyntheticKind::kScan) scan = ReadMesh(options.mesh_path);
   const SyntheticScene synthetic = MakeSyntheticScene(options, scan);
   WriteColmapScene(synthetic.scene, folder, !text_model);
   WriteMesh(folder / "init.ply", synthetic.init);
   WriteMesh(folder / "truth.ply", synthetic.truth);
   WriteSyntheticTruth(synthetic, folder);
-  std::cout << "wrote " << output << ": scene " << options.scene << ", "
+  std::cout << "wrote " << output << ": scene " << NameOf(options.scene) << ", "
             << synthetic.scene.views.size() << " views of " << options.width << "x"
             << options.height << ", " << synthetic.scene.points.size() << " sparse points\n"
             << "  init.ply          " << synthetic.init.vertices.size() << " vertices, "

@@ -140,7 +140,7 @@ StrategyTotals TotalsOf(const Comparison& comparison, const ComparedStrategy& st
     totals.seconds += round.trial.seconds;
     totals.iterations += round.trial.solve.iterations;
     totals.evaluations += round.trial.evaluations;
-    if (comparison.options.mode == "whole") continue;
+    if (comparison.options.mode == CompareMode::kWhole) continue;
     const double possible =
         totals.energy_initial - BestEnergy(comparison, round.level, round.round);
     if (!(possible > 0)) continue;
@@ -149,20 +149,21 @@ StrategyTotals TotalsOf(const Comparison& comparison, const ComparedStrategy& st
   }
   if (shares > 0) totals.reduction_share = share_sum / shares;
   if (totals.reason.empty()) {
-    totals.status = "ok";
+    totals.status = ComparedStatus::kOk;
   } else if (solved > 0) {
-    totals.status = "partly";
+    totals.status = ComparedStatus::kPartly;
   } else {
-    totals.status = totals.reason.rfind("refused", 0) == 0 ? "refused" : "failed";
+    totals.status =
+        totals.reason.rfind("refused", 0) == 0 ? ComparedStatus::kRefused : ComparedStatus::kFailed;
   }
   return totals;
 }
 
 nlohmann::ordered_json ComparisonJson(const Comparison& comparison) {
   nlohmann::ordered_json json;
-  json["mode"] = comparison.options.mode;
+  json["mode"] = NameOf(comparison.options.mode);
   json["reference_by_round"] = comparison.references;
-  json["pairs"] = {{"method", comparison.selection.recipe.method},
+  json["pairs"] = {{"method", NameOf(comparison.selection.recipe.method)},
                    {"count", comparison.selection.pairs.size()}};
   if (comparison.has_truth) json["before"] = ToJson(comparison.before);
   json["strategies"] = nlohmann::ordered_json::array();
@@ -170,7 +171,7 @@ nlohmann::ordered_json ComparisonJson(const Comparison& comparison) {
     const StrategyTotals totals = TotalsOf(comparison, strategy);
     nlohmann::ordered_json entry;
     entry["strategy"] = strategy.name;
-    entry["status"] = totals.status;
+    entry["status"] = NameOf(totals.status);
     entry["reason"] = totals.reason;
     entry["energy_initial"] = OrNull(totals.energy_initial);
     entry["energy_final"] = OrNull(totals.energy_final);
@@ -191,7 +192,7 @@ nlohmann::ordered_json ComparisonJson(const Comparison& comparison) {
 }
 
 std::string ComparisonTable(const Comparison& comparison) {
-  const bool frozen = comparison.options.mode == "frozen";
+  const bool frozen = comparison.options.mode == CompareMode::kFrozen;
   size_t width = 8;
   for (const ComparedStrategy& strategy : comparison.strategies) {
     width = std::max(width, strategy.name.size());
@@ -203,7 +204,7 @@ std::string ComparisonTable(const Comparison& comparison) {
   for (const ComparedStrategy& strategy : comparison.strategies) {
     const StrategyTotals totals = TotalsOf(comparison, strategy);
     table += strategy.name + std::string(width - strategy.name.size(), ' ');
-    if (totals.status != "refused" && totals.status != "failed") {
+    if (totals.status == ComparedStatus::kOk || totals.status == ComparedStatus::kPartly) {
       table += Padded(Formatted("%.6g", totals.energy_initial) + " -> " +
                           Formatted("%.6g", totals.energy_final),
                       28) +

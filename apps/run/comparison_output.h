@@ -17,11 +17,19 @@ namespace burin {
 // level.finest: 0 = full resolution; `width` and `height` are those of its first view.
 std::string ComparisonCsv(const Comparison& comparison);
 
+enum class ComparedStatus { kOk, kPartly, kRefused, kFailed };  // kPartly: some rounds
+inline Choices<ComparedStatus> ChoicesOf(ComparedStatus) {
+  return {{ComparedStatus::kOk, "ok"},
+          {ComparedStatus::kPartly, "partly"},
+          {ComparedStatus::kRefused, "refused"},
+          {ComparedStatus::kFailed, "failed"}};
+}
+
 // Over the rounds of a strategy that have a result. `reduction_share` is the mean over them of
 //   (E_start - E_end) / (E_start - E_best),  E_best the lowest energy any strategy ended the round with
 // (mode frozen only, else NaN: energies of different rounds do not compare).
 struct StrategyTotals {
-  std::string status;                    // ok, partly (some rounds), refused, failed
+  ComparedStatus status = ComparedStatus::kOk;
   std::string reason;                    // the first one
   double energy_initial = kNotMeasured;  // of the last round with a result
   double energy_final = kNotMeasured;

@@ -18,8 +18,8 @@ void WriteDebugImages(const std::filesystem::path& folder, int level, const Roun
     const LevelView& view = (*context.views)[i];
     const cv::Mat1f image = view.FloatImage();
     const WindowMasks masks = MakeWindowMasks(
-        MakeDepthPlanes(domain, *context.mesh, view.camera), options.window / 2,
-        MaskModeNamed(options.mask.mode), options.mask.plane_px,
+        MakeDepthPlanes(domain, *context.mesh, view.camera), options.window / 2, options.mask.mode,
+        options.mask.plane_px,
         static_cast<int>(std::ceil(options.min_valid_share * options.window * options.window)));
     const WarpPicture pair =
         MakeWarpPicture(*context.views, static_cast<int>(i), domain, 0, *context.mesh);
@@ -35,7 +35,7 @@ void WriteDebugImages(const std::filesystem::path& folder, int level, const Roun
     std::replace(stem.begin(), stem.end(), '/', '_');
     WritePicture(folder / ("level" + std::to_string(level) + "_" + stem + ".png"),
                  SideBySide({grey, KeptTapsPicture(image, domain, masks), without, with},
-                            {names[i], "valid taps, mask.mode " + options.mask.mode,
+                            {names[i], "valid taps, mask.mode " + NameOf(options.mask.mode),
                              "1 - ZNCC with " + second + ", no masks", "with masks"}));
   }
 }

@@ -47,8 +47,7 @@ struct LevelEnergy::Impl {
     }
     mesh = normalized.FromWorld(world);
     views = MakeLevelViews(scene, level, normalized.origin, 1 / normalized.footprint);
-    const bool free = options.refinement.motion == "free";
-    context = FreezeRound(views, pairs, mesh, free ? Motion::kFree : Motion::kNormal,
+    context = FreezeRound(views, pairs, mesh, options.refinement.motion,
                           options.refinement.level.border_px, &domains);
     int64_t pixels = 0;
     for (const ViewDomain& domain : domains) {

@@ -287,7 +287,7 @@ MemoryEstimate EstimateMemory(const Scene& scene, const TriangleMesh& mesh,
   const PairsRecipe recipe = Resolve(options.pairs);
   const auto others = static_cast<double>(scene.views.size());
   const double partners =
-      recipe.method == "all" ? others : std::min<double>(recipe.per_camera, others);
+      recipe.method == PairsMethod::kAll ? others : std::min<double>(recipe.per_camera, others);
   double full_pixels = 0;
   double covered = 0;
   double largest = 0;
@@ -306,17 +306,17 @@ MemoryEstimate EstimateMemory(const Scene& scene, const TriangleMesh& mesh,
   load.points = static_cast<double>(scene.points.size());
   load.threads = ThreadCount();
   load.field_bytes = options.photo.double_precision ? 8 : 4;
-  load.unknowns_per_vertex = options.refinement.motion == "free" ? 3 : 1;
-  load.masks = options.photo.mask.mode != "none";
-  if (options.smooth.type == "none" || options.smooth.weight == 0) {
+  load.unknowns_per_vertex = options.refinement.motion == Motion::kFree ? 3 : 1;
+  load.masks = options.photo.mask.mode != MaskMode::kNone;
+  if (options.smooth.type == SmoothnessType::kNone || options.smooth.weight == 0) {
     load.stencil = 0;
-  } else if (options.smooth.type == "bilaplacian") {
+  } else if (options.smooth.type == SmoothnessType::kBilaplacian) {
     load.stencil = 19;  // two rings
   }
   // Omega_ij and, beside depth steps, what is used of it; one more partner is held back.
   const double planes =
       (std::ceil(std::max(1.0, partners) / 8) + (options.refinement.guard.levels ? 1 : 0)) *
-      (options.photo.mask.mode == "plane" && options.photo.mask.band_px > 0 ? 2 : 1);
+      (options.photo.mask.mode == MaskMode::kPlane && options.photo.mask.band_px > 0 ? 2 : 1);
   MemoryEstimate peak;
   for (int level = levels.finest; level < levels.finest + levels.count; ++level) {
     load.level = level;

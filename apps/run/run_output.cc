@@ -56,7 +56,7 @@ nlohmann::ordered_json RoundJson(const RoundSummary& round) {
 nlohmann::ordered_json OptionsJson(const OptionSet& set) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
   for (const Option& option : set.options()) {
-    std::visit([&](const auto* value) { json[option.name] = *value; }, option.value);
+    option.Visit([&](const auto& value) { json[option.name] = value; });
   }
   return json;
 }
@@ -102,7 +102,7 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
     pairs.push_back(
         {inputs.scene->views[pair.reference].name, inputs.scene->views[pair.second].name});
   }
-  json["pairs"] = {{"method", result.selection.recipe.method},
+  json["pairs"] = {{"method", NameOf(result.selection.recipe.method)},
                    {"count", result.selection.pairs.size()},
                    {"without_partner", result.selection.warnings},
                    {"list", pairs}};

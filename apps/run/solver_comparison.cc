@@ -25,7 +25,7 @@ std::vector<std::string> SplitAtCommas(const std::string& text) {
 class ErrorGauge {
  public:
   ErrorGauge(const Truth* truth, const CompareOptions& options)
-      : every_iteration_(options.error == "iteration") {
+      : every_iteration_(options.error == ErrorMeasured::kEveryIteration) {
     if (truth != nullptr) meter_ = std::make_unique<AccuracyMeter>(*truth, options.evaluation);
   }
   bool every_iteration() const { return every_iteration_; }
@@ -230,13 +230,11 @@ void CompareOptions::Describe(OptionSet* set) {
   set->Add(
       "compare.mode", &mode,
       "frozen = every strategy solves the same rounds, made by a run with solver.type; whole = "
-      "each makes a whole run of its own",
-      {"frozen", "whole"});
+      "each makes a whole run of its own");
   set->Add("compare.solvers", &solvers,
            "Strategies to compare, comma-separated (burin solvers lists them); empty = all");
   set->Add("compare.error", &error,
-           "With a truth: error after every iteration, or at the start and end of a round only",
-           {"iteration", "round"});
+           "With a truth: error after every iteration, or at the start and end of a round only");
   evaluation.Describe(set);
 }
 
@@ -279,7 +277,7 @@ Comparison CompareSolvers(const Scene& scene, const TriangleMesh& mesh,
     comparison.strategies.back().name = name;
   }
   if (truth != nullptr) comparison.before = EvaluateMesh(mesh, *truth, options.evaluation);
-  if (options.mode == "whole") {
+  if (options.mode == CompareMode::kWhole) {
     RunWhole(scene, mesh, pipeline, truth, say, &comparison);
   } else {
     RunFrozen(scene, mesh, pipeline, truth, say, &comparison);

@@ -21,10 +21,22 @@
 
 namespace burin {
 
+// See above.
+enum class CompareMode { kFrozen, kWhole };
+inline Choices<CompareMode> ChoicesOf(CompareMode) {
+  return {{CompareMode::kFrozen, "frozen"}, {CompareMode::kWhole, "whole"}};
+}
+
+// When the error to the truth is measured: after every iteration, or at the start and end of a round.
+enum class ErrorMeasured { kEveryIteration, kEveryRound };
+inline Choices<ErrorMeasured> ChoicesOf(ErrorMeasured) {
+  return {{ErrorMeasured::kEveryIteration, "iteration"}, {ErrorMeasured::kEveryRound, "round"}};
+}
+
 struct CompareOptions {
-  std::string mode = "frozen";
-  std::string solvers;              // separated by commas; empty = all
-  std::string error = "iteration";  // or round
+  CompareMode mode = CompareMode::kFrozen;
+  std::string solvers;  // separated by commas; empty = all
+  ErrorMeasured error = ErrorMeasured::kEveryIteration;
   EvaluationOptions evaluation;
   CompareOptions() { evaluation.sample_count = 100000; }  // measured often
   void Describe(OptionSet* set);

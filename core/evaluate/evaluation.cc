@@ -125,7 +125,7 @@ SurfaceSamples SamplesOf(const TriangleMesh& mesh, int count, std::uint64_t seed
 // What lays mesh samples onto the truth; nothing moves where no alignment is asked for.
 Alignment FitToTruth(const TriangleMesh& mesh, const Side& truth,
                      const EvaluationOptions& options) {
-  if (options.align == "none") {
+  if (options.align == AlignmentKind::kNone) {
     Alignment none;
     none.converged = true;
     return none;
@@ -142,7 +142,7 @@ Alignment FitToTruth(const TriangleMesh& mesh, const Side& truth,
     return match.found;
   };
   AlignmentOptions fit;
-  fit.scale = options.align == "similarity";
+  fit.scale = options.align == AlignmentKind::kSimilarity;
   fit.keep_fraction = options.fit_keep;
   fit.max_iterations = 50;
   fit.min_step = 1e-6;  // far below what the choice of samples changes
@@ -160,11 +160,11 @@ struct Protocol {
   Protocol(const Truth& truth, const EvaluationOptions& options) {
     CheckTruth(truth);
     thresholds = options.Thresholds();
-    if (options.distance == "plane" && !truth.HasNormals()) {
+    if (options.distance == DistanceKind::kPlane && !truth.HasNormals()) {
       throw InputError("distance = plane: the truth has no normals");
     }
-    to_plane = options.distance == "plane" ||
-               (options.distance == "auto" && truth.HasNormals() && !truth.IsMesh());
+    to_plane = options.distance == DistanceKind::kPlane ||
+               (options.distance == DistanceKind::kAuto && truth.HasNormals() && !truth.IsMesh());
     max_distance = options.MatchingDistance();
   }
   std::vector<double> thresholds;  // world units
@@ -179,13 +179,11 @@ void EvaluationOptions::Describe(OptionSet* set) {
   set->Add("unit", &unit, "Length of the unit of tau and of the report, in world units", 1e-12,
            1e12);
   set->Add("align", &align,
-           "Motion of the mesh onto the truth before scoring; similarity: rigid and a scale",
-           {"none", "rigid", "similarity"});
+           "Motion of the mesh onto the truth before scoring; similarity: rigid and a scale");
   set->Add("distance", &distance,
-           "Distance that is scored; auto is plane for clouds with normals, else point",
-           {"auto", "point", "plane"});
+           "Distance that is scored; auto is plane for clouds with normals, else point");
   set->Add("unmatched", &unmatched,
-           "Whether mesh samples without a match count against the precision", {"count", "drop"});
+           "Whether mesh samples without a match count against the precision");
   set->Add("max_distance", &max_distance,
            "Points further from the other surface are unmatched, in unit; 0 = 10 x the largest tau",
            0, 1e12);
@@ -229,7 +227,7 @@ Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
   evaluation.face_count = static_cast<std::int64_t>(mesh.faces.size());
   evaluation.area = SurfaceArea(mesh);
   evaluation.truth_is_mesh = truth.IsMesh();
-  evaluation.distance = to_plane ? "plane" : "point";
+  evaluation.distance = to_plane ? DistanceKind::kPlane : DistanceKind::kPoint;
   evaluation.unmatched = options.unmatched;
   evaluation.unit = options.unit;
   evaluation.max_distance = protocol.max_distance;
@@ -262,16 +260,17 @@ Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
   evaluation.accuracy = StatisticsOf(accuracy);
   evaluation.completeness = StatisticsOf(completeness);
   if (truth.HasNormals()) {
-    evaluation.other_distance = to_plane ? "point" : "plane";
+    evaluation.other_distance = to_plane ? DistanceKind::kPoint : DistanceKind::kPlane;
     evaluation.other_accuracy = StatisticsOf(to_plane ? from_mesh.point : from_mesh.plane);
     evaluation.other_completeness = StatisticsOf(to_plane ? from_truth.point : from_truth.plane);
   }
   for (const double tau : thresholds) {
     ThresholdScore score;
     score.tau = tau;
-    score.precision = ShareWithin(
-        accuracy, tau,
-        options.unmatched == "drop" ? evaluation.accuracy.matched : evaluation.accuracy.count);
+    score.precision =
+        ShareWithin(accuracy, tau,
+                    options.unmatched == UnmatchedSamples::kDrop ? evaluation.accuracy.matched
+                                                                 : evaluation.accuracy.count);
     score.recall = ShareWithin(completeness, tau, evaluation.completeness.count);
     const double sum = score.precision + score.recall;
     score.f1 = sum > 0 ? 2 * score.precision * score.recall / sum : 0;
@@ -283,7 +282,7 @@ Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
 
 Similarity TruthFromMesh(const TriangleMesh& mesh, const Truth& truth,
                          const EvaluationOptions& options) {
-  if (options.align == "none") return {};  // without a search structure
+  if (options.align == AlignmentKind::kNone) return {};  // without a search structure
   CheckTruth(truth);
   return FitToTruth(mesh, SideOf(truth), options).motion;
 }

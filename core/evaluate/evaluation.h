@@ -32,6 +32,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,14 +44,32 @@
 
 namespace burin {
 
+// Choices in steps 2, 4 and 6 of the protocol.
+enum class AlignmentKind { kNone, kRigid, kSimilarity };
+inline Choices<AlignmentKind> ChoicesOf(AlignmentKind) {
+  return {{AlignmentKind::kNone, "none"},
+          {AlignmentKind::kRigid, "rigid"},
+          {AlignmentKind::kSimilarity, "similarity"}};
+}
+enum class DistanceKind { kAuto, kPoint, kPlane };
+inline Choices<DistanceKind> ChoicesOf(DistanceKind) {
+  return {{DistanceKind::kAuto, "auto"},
+          {DistanceKind::kPoint, "point"},
+          {DistanceKind::kPlane, "plane"}};
+}
+enum class UnmatchedSamples { kCount, kDrop };
+inline Choices<UnmatchedSamples> ChoicesOf(UnmatchedSamples) {
+  return {{UnmatchedSamples::kCount, "count"}, {UnmatchedSamples::kDrop, "drop"}};
+}
+
 struct EvaluationOptions {
   std::string tau = "5,10,20";  // thresholds, in `unit`
-  double unit = 0.001;         // of tau and of the report, world units (0.001: mm in a metre world)
-  std::string align = "none";  // or rigid, similarity
-  std::string distance = "auto";    // or point, plane
-  std::string unmatched = "count";  // or drop: mesh samples without a match, in the precision
-  double max_distance = 0;          // matching distance in `unit`; 0 = 10 x the largest tau
-  int sample_count = 500000;        // on the mesh, and on the truth when it is one
+  double unit = 0.001;  // of tau and of the report, world units (0.001: mm in a metre world)
+  AlignmentKind align = AlignmentKind::kNone;
+  DistanceKind distance = DistanceKind::kAuto;
+  UnmatchedSamples unmatched = UnmatchedSamples::kCount;  // mesh samples, in the precision
+  double max_distance = 0;    // matching distance in `unit`; 0 = 10 x the largest tau
+  int sample_count = 500000;  // on the mesh, and on the truth when it is one
   int seed = 0;
   double fit_keep = 0.7;  // share of the pairs that the alignment keeps
 
@@ -74,8 +93,8 @@ struct Evaluation {
   std::int64_t face_count = 0;
   double area = 0;  // of the mesh, world units squared
   bool truth_is_mesh = false;
-  std::string distance;     // point or plane, as scored
-  std::string unmatched;    // count or drop
+  DistanceKind distance = DistanceKind::kPoint;  // as scored, not kAuto
+  UnmatchedSamples unmatched = UnmatchedSamples::kCount;
   double unit = 1;          // for the report, world units
   double max_distance = 0;  // world units
   DistanceStatistics accuracy;
@@ -83,7 +102,7 @@ struct Evaluation {
   std::vector<ThresholdScore> scores;  // one per tau, ascending
 
   // The same points by the distance that is not scored; empty for a truth without normals.
-  std::string other_distance;
+  std::optional<DistanceKind> other_distance;
   DistanceStatistics other_accuracy;
   DistanceStatistics other_completeness;
 
@@ -95,7 +114,7 @@ struct Evaluation {
   std::vector<double> flagged_recall;
   std::vector<double> others_recall;
 
-  std::string align;           // none, rigid or similarity
+  AlignmentKind align = AlignmentKind::kNone;
   Similarity truth_from_mesh;  // identity without an alignment
   double fit_shift = 0;        // how far it moves the centre of the mesh's samples, world units
   bool fit_converged = true;

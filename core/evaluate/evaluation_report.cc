@@ -44,15 +44,16 @@ std::string EvaluationReport(const Evaluation& evaluation) {
              evaluation.truth_is_mesh ? "mesh" : "point cloud", unit);
   report +=
       Format("measured: %s distance to the nearest %s; points further than %g are unmatched\n",
-             evaluation.distance.c_str(),
+             NameOf(evaluation.distance).c_str(),
              evaluation.truth_is_mesh ? "surface point" : "truth point or surface point",
              evaluation.max_distance / unit);
   const Similarity& motion = evaluation.truth_from_mesh;
-  report += "alignment: " + evaluation.align;
-  if (evaluation.align != "none") {
+  report += "alignment: " + NameOf(evaluation.align);
+  if (evaluation.align != AlignmentKind::kNone) {
     report += Format(", %.4f deg, %.4g at the mesh's centre", motion.AngleDeg(),
                      evaluation.fit_shift / unit);
-    if (evaluation.align == "similarity") report += Format(", scale %.8g", motion.scale);
+    if (evaluation.align == AlignmentKind::kSimilarity)
+      report += Format(", scale %.8g", motion.scale);
     if (!evaluation.fit_converged) report += " (not converged)";
   }
   report += "\n" + StatisticsHead("matched %");
@@ -62,8 +63,8 @@ std::string EvaluationReport(const Evaluation& evaluation) {
     report += StatisticsLine("  near occlusion boundaries", evaluation.flagged, unit);
     report += StatisticsLine("  the rest", evaluation.others, unit);
   }
-  if (!evaluation.other_distance.empty()) {
-    const std::string& other = evaluation.other_distance;
+  if (evaluation.other_distance) {
+    const std::string other = NameOf(*evaluation.other_distance);
     report += StatisticsLine(("accuracy, " + other + " distance").c_str(),
                              evaluation.other_accuracy, unit);
     report += StatisticsLine(("completeness, " + other + " distance").c_str(),
@@ -74,7 +75,8 @@ std::string EvaluationReport(const Evaluation& evaluation) {
     report += Format("%-30.6g %9.2f%% %9.2f%% %9.2f%%\n", score.tau / unit, 100 * score.precision,
                      100 * score.recall, 100 * score.f1);
   }
-  if (evaluation.unmatched == "drop") report += "(precision over matched samples only)\n";
+  if (evaluation.unmatched == UnmatchedSamples::kDrop)
+    report += "(precision over matched samples only)\n";
   return report;
 }
 
@@ -175,14 +177,14 @@ nlohmann::json ToJson(const Evaluation& evaluation) {
                       {"f1", score.f1}});
   }
   nlohmann::json alignment;  // null without one
-  if (evaluation.align != "none") {
+  if (evaluation.align != AlignmentKind::kNone) {
     const Similarity& motion = evaluation.truth_from_mesh;
     nlohmann::json rows = nlohmann::json::array();  // of scale * rotation | translation
     for (int r = 0; r < 3; ++r) {
       rows.push_back({motion.scale * motion.rotation(r, 0), motion.scale * motion.rotation(r, 1),
                       motion.scale * motion.rotation(r, 2), motion.translation[r]});
     }
-    alignment = {{"kind", evaluation.align},
+    alignment = {{"kind", NameOf(evaluation.align)},
                  {"truth_from_mesh", rows},
                  {"scale", motion.scale},
                  {"angle_deg", motion.AngleDeg()},
@@ -190,8 +192,8 @@ nlohmann::json ToJson(const Evaluation& evaluation) {
                  {"converged", evaluation.fit_converged}};
   }
   nlohmann::json other;  // null for a truth without normals
-  if (!evaluation.other_distance.empty()) {
-    other = {{"distance", evaluation.other_distance},
+  if (evaluation.other_distance) {
+    other = {{"distance", NameOf(*evaluation.other_distance)},
              {"accuracy", StatisticsJson(evaluation.other_accuracy)},
              {"completeness", StatisticsJson(evaluation.other_completeness)}};
   }
@@ -207,8 +209,8 @@ nlohmann::json ToJson(const Evaluation& evaluation) {
             {"faces", evaluation.face_count},
             {"area", evaluation.area}}},
           {"truth", evaluation.truth_is_mesh ? "mesh" : "cloud"},
-          {"distance", evaluation.distance},
-          {"unmatched", evaluation.unmatched},
+          {"distance", NameOf(evaluation.distance)},
+          {"unmatched", NameOf(evaluation.unmatched)},
           {"unit", evaluation.unit},
           {"max_distance", evaluation.max_distance},
           {"alignment", alignment},

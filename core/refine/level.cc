@@ -96,9 +96,8 @@ std::unique_ptr<Level::Frozen> Level::Freeze(bool hold_back) const {
   hold_back &= task_.parts.judge != nullptr;
   auto frozen = std::make_unique<Frozen>();
   frozen->context = FreezeRound(
-      views_, task_.pairs, mesh_, task_.options.motion == "free" ? Motion::kFree : Motion::kNormal,
-      task_.options.level.border_px, &frozen->domains,
-      hold_back ? task_.parts.judge->HeldBackPairs() : std::vector<CameraPair>(),
+      views_, task_.pairs, mesh_, task_.options.motion, task_.options.level.border_px,
+      &frozen->domains, hold_back ? task_.parts.judge->HeldBackPairs() : std::vector<CameraPair>(),
       hold_back ? &frozen->held_back : nullptr);
   frozen->context.first_level = level_ == task_.first_level;
   return frozen;
@@ -123,7 +122,7 @@ void Level::RunRound(RefinementState* state, RefinementProgress* progress) {
   frozen_.reset();
   frozen_ = Freeze(/*hold_back=*/last || state->round == 0);
   RoundContext& context = frozen_->context;
-  const bool relax_hidden = task_.options.hidden == "relax";
+  const bool relax_hidden = task_.options.hidden == HiddenVertices::kRelax;
   if (relax_hidden) AddToSupport(state->order, &state->was_supported, &context);
   summary.visibility_seconds = visibility_watch.Seconds();
   for (const ViewDomain& domain : frozen_->domains) {

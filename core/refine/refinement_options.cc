@@ -43,12 +43,10 @@ void RefinementOptions::Describe(OptionSet* set) {
   level.Describe(set);
   solver.Describe(set);
   guard.Describe(set);
-  set->Add("motion.type", &motion, "How vertices move: along their normal of the round, or freely",
-           {"normal", "free"});
+  set->Add("motion.type", &motion, "How vertices move: along their normal of the round, or freely");
   set->Add("motion.hidden", &hidden,
            "Vertices that a pair saw in an earlier round and none sees now: drawn together after "
-           "each round, or keep their shape as those never seen do",
-           {"relax", "keep"});
+           "each round, or keep their shape as those never seen do");
 }
 
 }  // namespace burin

@@ -1,8 +1,6 @@
 // The options of the coarse-to-fine loop (core/refine/refinement.h).
 #pragma once
 
-#include <string>
-
 #include "core/refine/local_guard.h"
 #include "core/scene/scene.h"
 #include "core/solve/solver_strategy.h"
@@ -27,12 +25,19 @@ struct LevelOptions {
   int Coarsest(const Scene& scene) const;
 };
 
+// What becomes of vertices that a pair saw in an earlier round and none sees now
+// (core/refine/hidden_folds.h): drawn together, or they keep their shape as those never seen do.
+enum class HiddenVertices { kRelax, kKeep };
+inline Choices<HiddenVertices> ChoicesOf(HiddenVertices) {
+  return {{HiddenVertices::kRelax, "relax"}, {HiddenVertices::kKeep, "keep"}};
+}
+
 struct RefinementOptions {
   LevelOptions level;
   SolverOptions solver;
   GuardOptions guard;
-  std::string motion = "normal";
-  std::string hidden = "relax";  // or keep: what was seen in an earlier round and no longer is
+  Motion motion = Motion::kNormal;
+  HiddenVertices hidden = HiddenVertices::kRelax;
   void Describe(OptionSet* set);
 };
 

@@ -16,6 +16,7 @@
 
 #include "core/mesh/mesh.h"
 #include "core/scene/pyramid.h"
+#include "core/support/choices.h"
 #include "core/visibility/visibility.h"
 
 namespace burin {
@@ -23,6 +24,9 @@ namespace burin {
 // How vertices may move. `kNormal`: along their normal at the round's start, one degree of freedom;
 // `kFree`: three.
 enum class Motion { kNormal, kFree };
+inline Choices<Motion> ChoicesOf(Motion) {
+  return {{Motion::kNormal, "normal"}, {Motion::kFree, "free"}};
+}
 
 // Everything that is frozen during a solve.
 struct RoundContext {

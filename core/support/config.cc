@@ -34,17 +34,11 @@ std::string TomlText(const Value& value) {
 
 std::string Quoted(std::string text) { return TomlText(toml::value<std::string>(std::move(text))); }
 
-bool IsText(const Option& option) {
-  return !std::holds_alternative<bool*>(option.value) &&
-         !std::holds_alternative<int*>(option.value) &&
-         !std::holds_alternative<double*>(option.value);
-}
-
 // The kind that the option takes is the kind that was written.
 bool KindFits(const Option& option, const toml::node& value) {
   if (std::holds_alternative<bool*>(option.value)) return value.is_boolean();
   if (std::holds_alternative<int*>(option.value)) return value.is_integer();
-  return IsText(option) ? value.is_string() : value.is_number();
+  return option.IsText() ? value.is_string() : value.is_number();
 }
 
 // Name of a kind that no option takes; empty for the others.
@@ -213,7 +207,7 @@ std::string ConfigText(const OptionSet& set) {
       if (group_of(option) != group) continue;
       text += "# " + option.help + " (" + option.Constraint() + ")\n";
       text += group.empty() ? option.name : option.name.substr(group.size() + 1);
-      text += " = " + (IsText(option) ? Quoted(option.Text()) : option.Text()) + "\n";
+      text += " = " + (option.IsText() ? Quoted(option.Text()) : option.Text()) + "\n";
     }
   }
   return text;

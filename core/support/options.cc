@@ -25,11 +25,16 @@ bool ParseNumber(const std::string& text, Number* number) {
 
 }  // namespace
 
+bool Option::IsText() const {
+  return std::holds_alternative<std::string*>(value) || std::holds_alternative<ChoiceField>(value);
+}
+
 std::string Option::Text() const {
   if (const auto* flag = std::get_if<bool*>(&value)) return **flag ? "true" : "false";
   if (const auto* integer = std::get_if<int*>(&value)) return NumberText(**integer);
   if (const auto* real = std::get_if<double*>(&value)) return NumberText(**real);
-  return *std::get<std::string*>(value);
+  if (const auto* text = std::get_if<std::string*>(&value)) return **text;
+  return std::get<ChoiceField>(value).get();
 }
 
 bool Option::Set(const std::string& text, std::string* error) {
@@ -41,8 +46,10 @@ bool Option::Set(const std::string& text, std::string* error) {
     parsed = ParseNumber(text, *integer);
   } else if (auto* real = std::get_if<double*>(&value)) {
     parsed = ParseNumber(text, *real);
+  } else if (auto* field = std::get_if<std::string*>(&value)) {
+    **field = text;
   } else {
-    *std::get<std::string*>(value) = text;
+    parsed = std::get<ChoiceField>(value).set(text);
   }
   if (parsed) return Check(error);
   *error = name + " = " + text + ": must be " + Constraint();
@@ -64,7 +71,7 @@ bool Option::Check(std::string* error) const {
 
 std::string Option::Constraint() const {
   if (std::holds_alternative<bool*>(value)) return "true or false";
-  if (std::holds_alternative<std::string*>(value)) {
+  if (IsText()) {
     if (choices.empty()) return "text";
     std::string list = "one of ";
     for (size_t i = 0; i < choices.size(); ++i) list += (i == 0 ? "" : ", ") + choices[i];
@@ -79,48 +86,30 @@ std::string Option::Constraint() const {
   return kind;
 }
 
-void OptionSet::Add(const std::string& name, bool* value, const std::string& help) {
-  CHECK(Find(name) == nullptr) << name;
-  Option option;
-  option.name = name;
-  option.help = help;
-  option.value = value;
+void OptionSet::Add(Option option) {
+  CHECK(Find(option.name) == nullptr) << option.name;
   options_.push_back(std::move(option));
+}
+
+void OptionSet::Add(const std::string& name, bool* value, const std::string& help) {
+  Add({name, help, value});
 }
 
 void OptionSet::Add(const std::string& name, int* value, const std::string& help, double min,
                     double max) {
-  CHECK(Find(name) == nullptr) << name;
-  Option option;
-  option.name = name;
-  option.help = help;
-  option.value = value;
-  option.min = min;
-  option.max = max;
-  options_.push_back(std::move(option));
+  Add({name, help, value, min, max});
 }
 
 void OptionSet::Add(const std::string& name, double* value, const std::string& help, double min,
                     double max) {
-  CHECK(Find(name) == nullptr) << name;
-  Option option;
-  option.name = name;
-  option.help = help;
-  option.value = value;
-  option.min = min;
-  option.max = max;
-  options_.push_back(std::move(option));
+  Add({name, help, value, min, max});
 }
 
 void OptionSet::Add(const std::string& name, std::string* value, const std::string& help,
                     std::vector<std::string> choices) {
-  CHECK(Find(name) == nullptr) << name;
-  Option option;
-  option.name = name;
-  option.help = help;
-  option.value = value;
+  Option option{name, help, value};
   option.choices = std::move(choices);
-  options_.push_back(std::move(option));
+  Add(std::move(option));
 }
 
 Option* OptionSet::Find(const std::string& name) {

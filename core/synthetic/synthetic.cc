@@ -180,24 +180,22 @@ void AddTruthPoints(const SyntheticLayout& layout, const MeshRays& rays,
 }
 
 SyntheticLayout MakeLayout(const SyntheticOptions& options, const TriangleMesh& scan) {
-  if (options.scene == "relief") return ReliefLayout(options);
-  if (options.scene == "occluders") return OccludersLayout(options);
+  if (options.scene == SyntheticKind::kRelief) return ReliefLayout(options);
+  if (options.scene == SyntheticKind::kOccluders) return OccludersLayout(options);
   return ScanLayout(options, scan);
 }
 
 }  // namespace
 
 void SyntheticOptions::Describe(OptionSet* set) {
-  set->Add("synth.scene", &scene, "what is photographed", {"relief", "occluders", "scan"});
+  set->Add("synth.scene", &scene, "what is photographed");
   set->Add("synth.mesh_path", &mesh_path, "mesh file of the scene \"scan\"");
-  set->Add("synth.scan_up", &scan_up, "axis of the scan that points up",
-           {"x", "-x", "y", "-y", "z", "-z"});
+  set->Add("synth.scan_up", &scan_up, "axis of the scan that points up");
   set->Add("synth.seed", &seed, "seed of everything random", 0, 2147483647);
   set->Add("synth.views", &views, "number of views; 0 = relief 7, occluders 8, scan 24", 0, 999);
   set->Add("synth.rig", &rig,
            "even: views evenly spaced at one distance; uneven: crowded, every third 1.7 times as "
-           "far",
-           {"even", "uneven"});
+           "far");
   set->Add("synth.width", &width, "image width in pixels", 16, 8192);
   set->Add("synth.height", &height, "image height in pixels", 16, 8192);
   set->Add("synth.samples_per_axis", &samples_per_axis, "rays per pixel along x and along y", 1,
@@ -210,7 +208,7 @@ void SyntheticOptions::Describe(OptionSet* set) {
   set->Add("synth.noise_sigma", &noise_sigma, "sensor noise in grey levels", 0, 100);
   set->Add("synth.exposure_spread", &exposure_spread, "standard deviation of the views' gains", 0,
            0.5);
-  set->Add("synth.stress", &stress, "what is wrong with the photographs", StressNames());
+  set->Add("synth.stress", &stress, "what is wrong with the photographs");
   set->Add("synth.init_edge_px", &init_edge_px,
            "edge length of the initial mesh in pixel footprints", 1, 1000);
   set->Add("synth.init_noise_px", &init_noise_px,

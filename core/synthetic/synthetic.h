@@ -25,16 +25,36 @@
 #include "core/mesh/mesh.h"
 #include "core/scene/scene.h"
 #include "core/support/options.h"
+#include "core/synthetic/synthetic_stress.h"
 
 namespace burin {
 
+enum class SyntheticKind { kRelief, kOccluders, kScan };
+inline Choices<SyntheticKind> ChoicesOf(SyntheticKind) {
+  return {{SyntheticKind::kRelief, "relief"},
+          {SyntheticKind::kOccluders, "occluders"},
+          {SyntheticKind::kScan, "scan"}};
+}
+
+enum class SignedAxis { kX, kMinusX, kY, kMinusY, kZ, kMinusZ };
+inline Choices<SignedAxis> ChoicesOf(SignedAxis) {
+  return {{SignedAxis::kX, "x"},       {SignedAxis::kMinusX, "-x"}, {SignedAxis::kY, "y"},
+          {SignedAxis::kMinusY, "-y"}, {SignedAxis::kZ, "z"},       {SignedAxis::kMinusZ, "-z"}};
+}
+
+// kUneven: views crowd on one side, every third is 1.7 times as far.
+enum class RigSpacing { kEven, kUneven };
+inline Choices<RigSpacing> ChoicesOf(RigSpacing) {
+  return {{RigSpacing::kEven, "even"}, {RigSpacing::kUneven, "uneven"}};
+}
+
 struct SyntheticOptions {
-  std::string scene = "relief";
-  std::string mesh_path;      // of the scan; only recorded here, the caller reads it
-  std::string scan_up = "y";  // axis of the scan that points up
+  SyntheticKind scene = SyntheticKind::kRelief;
+  std::string mesh_path;                // of the scan; only recorded here, the caller reads it
+  SignedAxis scan_up = SignedAxis::kY;  // axis of the scan that points up
   int seed = 1;
-  int views = 0;             // 0 = the scene's own number: relief 7, occluders 8, scan 24
-  std::string rig = "even";  // "uneven": views crowd on one side, every third is 1.7 times as far
+  int views = 0;  // 0 = the scene's own number: relief 7, occluders 8, scan 24
+  RigSpacing rig = RigSpacing::kEven;
   int width = 640;
   int height = 480;
   int samples_per_axis = 3;       // rays per pixel and axis
@@ -43,11 +63,11 @@ struct SyntheticOptions {
   double relief_px = 5;           // RMS height of relief; bodies and walls of occluders a third
   double noise_sigma = 1.5;       // grey levels
   double exposure_spread = 0.05;  // standard deviation over the views of the gain
-  std::string stress = "none";    // core/synthetic/synthetic_stress.h
-  double init_edge_px = 40;       // edge length of the initial mesh
-  double init_noise_px = 0.5;     // standard deviation of its vertices along their normals
-  int point_count = 2000;         // sparse points
-  double point_noise_px = 0.3;    // standard deviation of each coordinate of a sparse point
+  StressKind stress = StressKind::kNone;
+  double init_edge_px = 40;        // edge length of the initial mesh
+  double init_noise_px = 0.5;      // standard deviation of its vertices along their normals
+  int point_count = 2000;          // sparse points
+  double point_noise_px = 0.3;     // standard deviation of each coordinate of a sparse point
   int truth_point_count = 200000;  // on the whole surface; those seen from < 2 views are dropped
 
   void Describe(OptionSet* set);
@@ -64,7 +84,7 @@ struct SyntheticScene {
   double footprint = 0;                        // world units per px
 };
 
-// Builds a scene; `scan` is used by options.scene == "scan" only. The same options give the same
+// Builds a scene; `scan` is used by SyntheticKind::kScan only. The same options give the same
 // bytes for any thread count (across machines: as far as their sqrt, log, cos and tanh agree).
 // Throws InputError for options out of range and for an unusable scan (no faces, no extent).
 SyntheticScene MakeSyntheticScene(const SyntheticOptions& options, const TriangleMesh& scan = {});

@@ -36,7 +36,7 @@ class CameraRig {
  public:
   CameraRig(const SyntheticOptions& options, double distance, const Eigen::Vector3d& target)
       : random_(SubSeed(options, kCameraStream), 0),
-        uneven_(options.rig == "uneven"),
+        uneven_(options.rig == RigSpacing::kUneven),
         distance_(distance),
         target_(target) {
     intrinsics_.width = options.width;
@@ -83,13 +83,13 @@ class CameraRig {
 // k-th of `count` azimuths over [-half_range, half_range]; uneven ones crowd in the middle.
 double Spread(const SyntheticOptions& options, int k, int count, double half_range) {
   const double t = count == 1 ? 0 : 2.0 * k / (count - 1) - 1;
-  return half_range * (options.rig == "uneven" ? t * std::pow(std::abs(t), 0.8) : t);
+  return half_range * (options.rig == RigSpacing::kUneven ? t * std::pow(std::abs(t), 0.8) : t);
 }
 
-// The rotation that turns an axis ("x", "-z", ...) to +y.
-Eigen::Matrix3d UprightRotation(const std::string& up) {
-  const int from = up.back() - 'x';
-  const double sign = up[0] == '-' ? -1 : 1;
+// The rotation that turns an axis to +y.
+Eigen::Matrix3d UprightRotation(SignedAxis up) {
+  const int from = static_cast<int>(up) / 2;  // the values alternate in sign
+  const double sign = static_cast<int>(up) % 2 == 0 ? 1 : -1;
   if (from == 1) return Eigen::Vector3d(1, sign, sign).asDiagonal();
   // The axis goes to y, y to minus the axis' place, and the third stays.
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Zero();
@@ -218,7 +218,7 @@ SyntheticLayout ScanLayout(const SyntheticOptions& options, const TriangleMesh& 
   for (int k = 0; k < views; ++k) {
     const double even = 360.0 * k / views;
     const double azimuth =
-        options.rig == "uneven" ? even + kCrowding * std::sin(even * kPi / 180) : even;
+        options.rig == RigSpacing::kUneven ? even + kCrowding * std::sin(even * kPi / 180) : even;
     rig.Add(azimuth, k % 2 == 0 ? 14 : -6);
   }
   layout.cameras = rig.cameras();

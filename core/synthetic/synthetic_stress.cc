@@ -16,21 +16,15 @@ constexpr double kPi = 3.14159265358979323846;
 
 }  // namespace
 
-const std::vector<std::string>& StressNames() {
-  static const std::vector<std::string> names = {"none",        "exposure", "saturated", "mover",
-                                                 "textureless", "repeated", "pose"};
-  return names;
-}
-
 double Stress::Albedo(const std::function<double(const Eigen::Vector3d&)>& texture,
                       const Eigen::Vector3d& point) const {
-  if (name_ == "textureless") {
+  if (kind_ == StressKind::kTextureless) {
     const Eigen::Vector3d angle = point * (kPi / (kPatchPx * footprint_));
     const double cell = std::sin(angle.x()) * std::sin(angle.y());
     const double contrast = std::clamp(8 * cell, 0.0, 1.0);
     return kMeanAlbedo + contrast * (texture(point) - kMeanAlbedo);
   }
-  if (name_ == "repeated") {
+  if (kind_ == StressKind::kRepeated) {
     const double period = kPeriodPx * footprint_;
     Eigen::Vector3d folded;
     for (int c = 0; c < 3; ++c) folded[c] = point[c] - period * std::floor(point[c] / period);
@@ -40,7 +34,7 @@ double Stress::Albedo(const std::function<double(const Eigen::Vector3d&)>& textu
 }
 
 Exposure Stress::ExposureOf(int view, const Exposure& usual) const {
-  if (name_ != "exposure") return usual;
+  if (kind_ != StressKind::kExposure) return usual;
   // Neighbours differ: 0, 3, 1, 4, 2, 0, ... fifths.
   const double step = (3 * view % 5) / 4.0;
   return {0.6 + 0.9 * step, 20 - 40 * step};
@@ -49,12 +43,12 @@ Exposure Stress::ExposureOf(int view, const Exposure& usual) const {
 void Stress::ChangeRadiance(int view, int count,
                             const std::function<double(const Eigen::Vector3d&)>& texture,
                             cv::Mat1f* radiance) const {
-  if (name_ == "saturated" && view % 3 == 1) {
+  if (kind_ == StressKind::kSaturated && view % 3 == 1) {
     *radiance = radiance->clone();
     radiance->colRange(0, radiance->cols / 3) *= kOverexposure;
   }
   const bool has_disc = view == count / 2 || view == count / 2 - 1;
-  if (name_ == "mover" && has_disc) {
+  if (kind_ == StressKind::kMover && has_disc) {
     const double radius = radiance->rows / 8.0;
     const double x0 = radiance->cols * (view == count / 2 ? 0.4 : 0.62);
     const double y0 = radiance->rows * 0.5;
@@ -72,7 +66,7 @@ void Stress::ChangeRadiance(int view, int count,
 }
 
 Camera Stress::Calibration(int view, int count, const Camera& truth) const {
-  if (name_ != "pose" || view != count / 2) return truth;
+  if (kind_ != StressKind::kPose || view != count / 2) return truth;
   Camera camera = truth;
   // About the optical centre, along the diagonal of the image.
   const double angle = std::atan(kPoseErrorPx / truth.fx);

@@ -13,14 +13,22 @@
 #include <Eigen/Core>
 #include <functional>
 #include <opencv2/core.hpp>
-#include <string>
-#include <vector>
 
 #include "core/scene/camera.h"
+#include "core/support/choices.h"
 
 namespace burin {
 
-const std::vector<std::string>& StressNames();
+enum class StressKind { kNone, kExposure, kSaturated, kMover, kTextureless, kRepeated, kPose };
+inline Choices<StressKind> ChoicesOf(StressKind) {
+  return {{StressKind::kNone, "none"},
+          {StressKind::kExposure, "exposure"},
+          {StressKind::kSaturated, "saturated"},
+          {StressKind::kMover, "mover"},
+          {StressKind::kTextureless, "textureless"},
+          {StressKind::kRepeated, "repeated"},
+          {StressKind::kPose, "pose"}};
+}
 
 struct Exposure {
   double gain = 1;
@@ -29,8 +37,8 @@ struct Exposure {
 
 class Stress {
  public:
-  // `name` is one of StressNames(); `footprint` in world units per px.
-  Stress(std::string name, double footprint) : name_(std::move(name)), footprint_(footprint) {}
+  // `footprint` in world units per px.
+  Stress(StressKind kind, double footprint) : kind_(kind), footprint_(footprint) {}
 
   // Albedo at a point, from the texture without stress.
   double Albedo(const std::function<double(const Eigen::Vector3d&)>& texture,
@@ -45,7 +53,7 @@ class Stress {
   Camera Calibration(int view, int count, const Camera& truth) const;
 
  private:
-  std::string name_;
+  StressKind kind_;
   double footprint_;
 };
 

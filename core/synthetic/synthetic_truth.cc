@@ -37,7 +37,7 @@ void WriteSyntheticTruth(const SyntheticScene& synthetic, const std::filesystem:
   options.Describe(&set);
   nlohmann::ordered_json json;
   for (const Option& option : set.options()) {
-    std::visit([&](const auto* value) { json["options"][option.name] = *value; }, option.value);
+    option.Visit([&](const auto& value) { json["options"][option.name] = value; });
   }
   json["footprint"] = synthetic.footprint;
   json["footprint_unit"] = "world units per pixel at the scene's centre";
