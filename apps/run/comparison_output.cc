@@ -98,7 +98,7 @@ std::string ComparisonCsv(const Comparison& comparison) {
   csv.precision(12);
   csv << "mode,strategy,level,round,width,height,faces,unknowns,pairs,iteration,evaluations,"
          "seconds,energy,rmse,accepted,note\n";
-  const std::string& mode = comparison.options.mode;
+  const std::string mode = NameOf(comparison.options.mode);
   for (const ComparedStrategy& strategy : comparison.strategies) {
     for (const ComparisonRow& row : comparison.rows) {
       if (row.strategy != strategy.name) continue;
