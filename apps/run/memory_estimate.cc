@@ -6,6 +6,7 @@
 #include "core/mesh/projected_area.h"
 #include "core/support/parallel.h"
 #include "core/visibility/facet_pencil.h"
+#include "core/visibility/partner_bits.h"
 #include "costs/patch_cost.h"
 #include "costs/photometric_energy.h"
 #include "costs/stencil_cost.h"
@@ -314,8 +315,10 @@ MemoryEstimate EstimateMemory(const Scene& scene, const TriangleMesh& mesh,
     load.stencil = 19;  // two rings
   }
   // Omega_ij and, beside depth steps, what is used of it; one more partner is held back.
+  const auto bits =
+      static_cast<double>(PartnerBits::BytesPerPixel(static_cast<size_t>(std::max(1.0, partners))));
   const double planes =
-      (std::ceil(std::max(1.0, partners) / 8) + (options.refinement.guard.levels ? 1 : 0)) *
+      (bits + (options.refinement.guard.levels ? 1 : 0)) *
       (options.photo.mask.mode == "plane" && options.photo.mask.band_px > 0 ? 2 : 1);
   MemoryEstimate peak;
   for (int level = levels.finest; level < levels.finest + levels.count; ++level) {
