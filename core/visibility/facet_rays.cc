@@ -16,15 +16,6 @@ constexpr int kRowGrain = 16;
 // start may touch.
 constexpr float kRayStart = 1e-6F;
 
-// Without branches: whether two facets touch is as good as random.
-bool HaveCommonVertex(const Eigen::Vector3i& a, const Eigen::Vector3i& b) {
-  int shared = 0;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) shared |= static_cast<int>(a[i] == b[j]);
-  }
-  return shared != 0;
-}
-
 // Carried by the occlusion rays to one center to the filter below.
 struct OcclusionContext {
   RTCIntersectContext context;         // must come first
@@ -39,8 +30,8 @@ void RejectOwnNeighbourhood(const RTCFilterFunctionNArguments* args) {
     if (args->valid[i] == 0) continue;
     const unsigned int start = RTCRayN_id(args->ray, args->N, i);
     const unsigned int hit = RTCHitN_primID(args->hit, args->N, i);
-    if (hit == start || ((*context->facing)[hit] != 0 &&
-                         HaveCommonVertex(context->faces[hit], context->faces[start]))) {
+    if (hit == start ||
+        ((*context->facing)[hit] != 0 && ShareVertex(context->faces[hit], context->faces[start]))) {
       args->valid[i] = 0;
     }
   }
@@ -50,10 +41,6 @@ void RejectOwnNeighbourhood(const RTCFilterFunctionNArguments* args) {
 
 FacetRays::FacetRays(const TriangleMesh& mesh)
     : mesh_(mesh), embree_(mesh, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION) {}
-
-bool FacetRays::ShareVertex(int facet, int other) const {
-  return HaveCommonVertex(mesh_.faces[facet], mesh_.faces[other]);
-}
 
 std::vector<uint8_t> FacetRays::Facing(const Eigen::Vector3d& center) const {
   std::vector<uint8_t> facing(mesh_.faces.size());

@@ -13,13 +13,21 @@
 
 namespace burin {
 
+// Without branches: whether two facets touch is as good as random.
+inline bool ShareVertex(const Eigen::Vector3i& a, const Eigen::Vector3i& b) {
+  int shared = 0;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) shared |= static_cast<int>(a[i] == b[j]);
+  }
+  return shared != 0;
+}
+
 class FacetRays {
  public:
   // Copies the mesh.
   explicit FacetRays(const TriangleMesh& mesh);
 
   const TriangleMesh& mesh() const { return mesh_; }
-  bool ShareVertex(int facet, int other) const;
   // Per facet: 1 where its front side faces `center`.
   std::vector<uint8_t> Facing(const Eigen::Vector3d& center) const;
 

@@ -90,6 +90,7 @@ class PairRegion {
         inverse_depth_(inverse_depth),
         second_(second),
         second_center_(second.camera.Center()),
+        second_masked_(!second.mask.empty()),
         border_px_(border_px) {
     const Eigen::Matrix<double, 3, 4> projection = second.camera.ProjectionMatrix();
     second_from_ray_ = projection.leftCols<3>();
@@ -105,12 +106,13 @@ class PairRegion {
     const Eigen::Vector3d row_ray = rays_.ray_from_pixel * Eigen::Vector3d(0.5, y + 0.5, 1);
     const Eigen::Vector3d row_q = second_from_ray_ * row_ray;
     const Eigen::Vector3d step_q = second_from_ray_ * rays_.ray_from_pixel.col(0);
+    const uint8_t* mask_row = first_.mask.empty() ? nullptr : first_.mask.ptr<uint8_t>(y);
     int64_t count = 0;
     queue->Clear();
     for (int x = 0; x < width; ++x) {
       const int facet = facet_row[x];
       if (facet < 0 || second_.facing[facet] == 0) continue;
-      if (!first_.mask.empty() && first_.mask.at<uint8_t>(y, x) == 0) continue;
+      if (mask_row != nullptr && mask_row[x] == 0) continue;
       // Homogeneous image point in j, times the inverse depth.
       const Eigen::Vector3d q = row_q + static_cast<double>(x) * step_q + inverse_row[x] * epipole_;
       if (!InSecondImage(q)) continue;
@@ -144,7 +146,7 @@ class PairRegion {
         q.y() > height * q.z() - margin) {
       return false;
     }
-    if (second_.mask.empty()) return true;
+    if (!second_masked_) return true;
     const int column = std::clamp(static_cast<int>(q.x() / q.z()), 0, width - 1);
     const int row = std::clamp(static_cast<int>(q.y() / q.z()), 0, height - 1);
     return second_.mask.at<uint8_t>(row, column) != 0;
@@ -160,10 +162,11 @@ class PairRegion {
     if (column + 1 >= facet_map.cols || row + 1 >= facet_map.rows) return false;
     const int* above = facet_map[row] + column;
     const int* below = facet_map[row + 1] + column;
+    const std::vector<Eigen::Vector3i>& faces = facet_rays_.mesh().faces;
     int neighbor = facet;  // the last one looked up
     for (const int seen : {above[0], above[1], below[0], below[1]}) {
       if (seen == facet || seen == neighbor) continue;
-      if (seen < 0 || !facet_rays_.ShareVertex(seen, facet)) return false;
+      if (seen < 0 || !ShareVertex(faces[seen], faces[facet])) return false;
       neighbor = seen;
     }
     return true;
@@ -175,6 +178,7 @@ class PairRegion {
   const cv::Mat1d& inverse_depth_;
   const ViewSight& second_;
   const Eigen::Vector3d second_center_;
+  const bool second_masked_;
   const double border_px_;
   Eigen::Matrix3d second_from_ray_;
   Eigen::Vector3d epipole_;
