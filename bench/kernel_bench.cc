@@ -45,7 +45,7 @@ struct TilePair {
     input.image = image[0];
     input.grey_offset = 128;
     input.inverse_depth = depth.data();
-    input.domain = domain.data();
+    input.domain.bytes = domain.data();
     input.second = &second;
     for (int k = 0; k < 3; ++k) input.warp[4 * static_cast<size_t>(k)] = 1;
     input.epipole[0] = 0.7;

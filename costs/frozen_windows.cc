@@ -21,15 +21,12 @@ std::vector<ViewTile> CutTiles(const ViewDomain& domain, const PartnerBits& pixe
       ViewTile entry;
       entry.tile = {x0, y0, std::min(domain.width, x0 + kTileColumns),
                     std::min(domain.height, y0 + kTileRows)};
-      for (size_t group = 0; group < pixels.size(); ++group) {
-        unsigned int any = 0;
-        for (int y = y0; y < entry.tile.y1; ++y) {
-          const uint8_t* row = pixels[group].data() + static_cast<size_t>(y) * domain.width;
-          for (int x = x0; x < entry.tile.x1; ++x) any |= row[x];
-        }
-        for (int bit = 0; bit < 8; ++bit) {
-          if ((any >> bit) & 1U) entry.partners.push_back(static_cast<int>(8 * group) + bit);
-        }
+      PartnerBits any(pixels.partners(), 1);
+      for (int y = y0; y < entry.tile.y1; ++y) {
+        any.Unite(0, pixels, static_cast<size_t>(y) * domain.width + x0, entry.tile.x1 - x0);
+      }
+      for (size_t b = 0; b < pixels.partners(); ++b) {
+        if (any.Test(b, 0)) entry.partners.push_back(static_cast<int>(b));
       }
       if (!entry.partners.empty()) tiles.push_back(std::move(entry));
     }
@@ -43,10 +40,10 @@ void HoldBackSquares(const std::vector<ViewDomain>& domains, FrozenWindows* wind
     for (const ViewDomain& domain : domains) used.pixels.push_back(domain.second_visible);
   }
   for (size_t i = 0; i < domains.size(); ++i) {
-    const auto width = static_cast<uint32_t>(domains[i].width);
-    for (std::vector<uint8_t>& plane : used.pixels[i]) {
-      for (uint32_t p = 0; p < plane.size(); ++p) {
-        if (InHeldBackSquare(p % width, p / width)) plane[p] = 0;
+    for (int y = 0; y < domains[i].height; ++y) {
+      for (int x = 0; x < domains[i].width; ++x) {
+        if (!InHeldBackSquare(x, y)) continue;
+        used.pixels[i].ClearAll(static_cast<size_t>(y) * domains[i].width + x);
       }
     }
   }

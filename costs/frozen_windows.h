@@ -42,8 +42,6 @@ FrozenWindows FreezeWindows(const RoundContext& context, const PhotometricOption
                             bool hold_squares);
 
 // Those squares: 6 pixels wide, 48 apart, 1.6 % of the pixels.
-inline bool InHeldBackSquare(uint32_t x, uint32_t y) {
-  return (x + 27) % 48 < 6 && (y + 27) % 48 < 6;
-}
+inline bool InHeldBackSquare(int x, int y) { return (x + 27) % 48 < 6 && (y + 27) % 48 < 6; }
 
 }  // namespace burin

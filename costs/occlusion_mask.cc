@@ -144,16 +144,14 @@ DepthPlanes MakeDepthPlanes(const ViewDomain& domain, const TriangleMesh& mesh,
   planes.ray_length.assign(pixels, 0);
   ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
-      const Eigen::RowVector3d row =
+      const InverseDepthPlane plane =
           MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], rays).InverseDepth();
-      for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
-        const uint32_t p = domain.pixel[n];
-        const double x = p % static_cast<uint32_t>(domain.width) + 0.5;
-        const double y = p / static_cast<uint32_t>(domain.width) + 0.5;
-        planes.inverse_depth[p] = static_cast<float>(row[0] * x + row[1] * y + row[2]);
-        planes.slope_x[p] = static_cast<float>(row[0]);
-        planes.slope_y[p] = static_cast<float>(row[1]);
-        planes.ray_length[p] = static_cast<float>(camera.Ray(x, y).norm());
+      for (const ImagePixel pixel : domain.PixelsOf(k)) {
+        const uint32_t p = pixel.index;
+        planes.inverse_depth[p] = static_cast<float>(plane.At(pixel.x(), pixel.y()));
+        planes.slope_x[p] = static_cast<float>(plane.slope_x);
+        planes.slope_y[p] = static_cast<float>(plane.slope_y);
+        planes.ray_length[p] = static_cast<float>(camera.Ray(pixel.x(), pixel.y()).norm());
       }
     }
   });

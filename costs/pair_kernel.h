@@ -32,6 +32,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/visibility/partner_bits.h"
 #include "costs/occlusion_mask.h"
 #include "costs/spline_image.h"
 
@@ -41,11 +42,10 @@ template <typename T>
 struct PairInput {
   int width = 0;  // of the reference image
   int height = 0;
-  const float* image = nullptr;      // I, row-major, grey levels
-  float grey_offset = 0;             // subtracted from I; the second image has it subtracted
-  const T* inverse_depth = nullptr;  // s, row-major; any value outside the domain
-  const uint8_t* domain = nullptr;   // pixel p is in Omega_ij when domain[p] & bit
-  uint8_t bit = 1;
+  const float* image = nullptr;            // I, row-major, grey levels
+  float grey_offset = 0;                   // subtracted from I; the second image has it subtracted
+  const T* inverse_depth = nullptr;        // s, row-major; any value outside the domain
+  PartnerPixels domain;                    // Omega_ij
   const SplineImage<T>* second = nullptr;  // J - offset
   double warp[9] = {};                     // A, row-major: K_j R_j R_i^T K_i^-1
   double epipole[3] = {};                  // e = K_j (R_j c_i + t_j)

@@ -43,9 +43,9 @@ HWY_ATTR void WarpRow(const PairInput<T>& input, int y, KernelRows<T>* rows) {
   std::fill(mask, mask + columns, T(0));
   const size_t first = static_cast<size_t>(std::max(0, y)) * input.width + lead + rows->x_begin;
   if (y >= 0 && y < input.height) {
-    const uint8_t* domain = input.domain + first;
+    const uint8_t* domain = input.domain.bytes + first;
     for (int x = lead; x < stop; ++x) {
-      const unsigned int in = domain[x - lead] & input.bit;
+      const unsigned int in = domain[x - lead] & input.domain.bit;
       mask[x] = in != 0 ? T(1) : T(0);
       any |= in;
     }

@@ -32,12 +32,6 @@ bool IsStep(const DepthPlanes& planes, const std::vector<uint8_t>& open_border, 
   return OffPlane(planes, a, b, dx, dy, limit) && OffPlane(planes, b, a, -dx, -dy, limit);
 }
 
-// Calls `visit` with every pixel of a facet of a domain.
-template <typename Visit>
-void ForPixels(const ViewDomain& domain, int k, Visit visit) {
-  for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) visit(domain.pixel[n]);
-}
-
 // Takes the pixels near a step out of `bits`, view i's.
 void RemoveNearSteps(const ViewDomain& domain, const ViewPartners& partners, int i,
                      const std::vector<Camera>& cameras, const TriangleMesh& mesh,
@@ -45,27 +39,24 @@ void RemoveNearSteps(const ViewDomain& domain, const ViewPartners& partners, int
   const ViewRays rays(cameras[i]);
   ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
-      const Eigen::RowVector3d row =
+      const InverseDepthPlane plane =
           MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], rays).InverseDepth();
-      ForPixels(domain, k, [&](uint32_t p) {
-        if (!near_steps[i].empty() && near_steps[i][p] != 0) {
-          for (auto& plane : *bits) plane[p] = 0;
-          return;
+      for (const ImagePixel pixel : domain.PixelsOf(k)) {
+        if (!near_steps[i].empty() && near_steps[i][pixel.index] != 0) {
+          bits->ClearAll(pixel.index);
+          continue;
         }
-        const Eigen::Vector3d pixel(p % static_cast<uint32_t>(domain.width) + 0.5,
-                                    p / static_cast<uint32_t>(domain.width) + 0.5, 1);
-        const Eigen::Vector3d point = rays.center + rays.ray_from_pixel * pixel / row.dot(pixel);
+        const Eigen::Vector3d point = rays.SurfacePoint(pixel.x(), pixel.y(), plane);
         for (size_t b = 0; b < partners.seconds.size(); ++b) {
-          const auto bit = static_cast<uint8_t>(1U << (b % 8));
           const int j = partners.seconds[b];
-          if (((*bits)[b / 8][p] & bit) == 0 || near_steps[j].empty()) continue;
+          if (!bits->Test(b, pixel.index) || near_steps[j].empty()) continue;
           const Eigen::Vector2d q = cameras[j].Project(point);
           const int qx = std::clamp(static_cast<int>(q.x()), 0, cameras[j].width - 1);
           const int qy = std::clamp(static_cast<int>(q.y()), 0, cameras[j].height - 1);
           if (near_steps[j][static_cast<size_t>(qy) * cameras[j].width + qx] == 0) continue;
-          (*bits)[b / 8][p] = static_cast<uint8_t>((*bits)[b / 8][p] & ~bit);
+          bits->Clear(b, pixel.index);
         }
-      });
+      }
     }
   });
 }
@@ -83,10 +74,9 @@ std::vector<char> WellSeen(const std::vector<ViewDomain>& domains, const Triangl
     ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
       for (int k = begin; k < end; ++k) {
         Seen& seen = facets[domain.facet[k]];
-        seen.area = std::max<int64_t>(seen.area, domain.start[3 * k + 3] - domain.start[3 * k]);
-        ForPixels(domain, k, [&](uint32_t p) {
-          for (const auto& plane : bits[i]) seen.clear += __builtin_popcount(plane[p]);
-        });
+        const PixelRange pixels = domain.PixelsOf(k);
+        seen.area = std::max(seen.area, static_cast<int64_t>(pixels.size()));
+        for (const ImagePixel pixel : pixels) seen.clear += bits[i].Count(pixel.index);
       }
     });
   }
@@ -118,7 +108,7 @@ std::vector<uint8_t> OpenBorderPixels(const ViewDomain& domain, const TriangleMe
   for (size_t k = 0; k < domain.facet.size(); ++k) {
     const Eigen::Vector3i& face = mesh.faces[domain.facet[k]];
     if (boundary[face[0]] == 0 && boundary[face[1]] == 0 && boundary[face[2]] == 0) continue;
-    ForPixels(domain, static_cast<int>(k), [&](uint32_t p) { open[p] = 1; });
+    for (const ImagePixel pixel : domain.PixelsOf(k)) open[pixel.index] = 1;
   }
   return open;
 }
@@ -162,7 +152,7 @@ std::vector<PartnerBits> WithoutSteps(const std::vector<ViewDomain>& domains,
   std::vector<PartnerBits> result;
   for (size_t i = 0; i < domains.size(); ++i) {
     result.push_back(partners[i]->second_visible);
-    if (result[i].empty()) continue;
+    if (partners[i]->seconds.empty()) continue;
     RemoveNearSteps(domains[i], *partners[i], static_cast<int>(i), cameras, mesh, near_steps,
                     &result[i]);
   }
@@ -172,10 +162,9 @@ std::vector<PartnerBits> WithoutSteps(const std::vector<ViewDomain>& domains,
     ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
       for (int k = begin; k < end; ++k) {
         if (well[domain.facet[k]] != 0) continue;
-        ForPixels(domain, k, [&](uint32_t p) {
-          for (size_t g = 0; g < result[i].size(); ++g)
-            result[i][g][p] = partners[i]->second_visible[g][p];
-        });
+        for (const ImagePixel pixel : domain.PixelsOf(k)) {
+          result[i].Copy(pixel.index, partners[i]->second_visible);
+        }
       }
     });
   }

@@ -15,25 +15,24 @@ constexpr float kUndefined = std::numeric_limits<float>::quiet_NaN();
 
 // Adds, per vertex, the pairs of one view that see one of its facets.
 void CountPairs(const ViewDomain& domain, const RoundContext& context, std::vector<float>* pairs) {
-  std::vector<uint8_t> seen(context.mesh->faces.size());  // bits of eight pairs, by facet
-  for (const std::vector<uint8_t>& plane : domain.second_visible) {
-    ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
-      for (int k = begin; k < end; ++k) {
-        uint8_t any = 0;
-        for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
-          any |= plane[domain.pixel[n]];
-        }
-        seen[domain.facet[k]] = any;
+  PartnerBits seen(domain.seconds.size(), context.mesh->faces.size());  // by facet
+  ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) {
+      for (const ImagePixel pixel : domain.PixelsOf(k)) {
+        seen.Unite(domain.facet[k], domain.second_visible, pixel.index, 1);
       }
-    });
-    ParallelFor(static_cast<int>(pairs->size()), kVertexGrain, [&](int begin, int end) {
-      for (int v = begin; v < end; ++v) {
-        uint8_t any = 0;
-        for (const int* f = context.faces.Begin(v); f != context.faces.End(v); ++f) any |= seen[*f];
-        (*pairs)[v] += static_cast<float>(__builtin_popcount(any));
+    }
+  });
+  ParallelFor(static_cast<int>(pairs->size()), kVertexGrain, [&](int begin, int end) {
+    PartnerBits any(domain.seconds.size(), 1);
+    for (int v = begin; v < end; ++v) {
+      any.ClearAll(0);
+      for (const int* f = context.faces.Begin(v); f != context.faces.End(v); ++f) {
+        any.Unite(0, seen, *f, 1);
       }
-    });
-  }
+      (*pairs)[v] += static_cast<float>(any.Count(0));
+    }
+  });
 }
 
 }  // namespace

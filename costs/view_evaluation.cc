@@ -74,12 +74,9 @@ class ViewEvaluationIn : public ViewEvaluation {
     ParallelFor(facets, kFacetGrain, [&](int begin, int end) {
       for (int k = begin; k < end; ++k) {
         pencils_[k] = MakeFacetPencil(positions, faces[domain.facet[k]], rays);
-        const Eigen::RowVector3d row = pencils_[k].InverseDepth();
-        for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
-          const uint32_t p = domain.pixel[n];
-          const double x = p % domain.width + 0.5;
-          const double y = static_cast<double>(p / domain.width) + 0.5;
-          inverse_depth_[p] = static_cast<T>(row[0] * x + row[1] * y + row[2]);
+        const InverseDepthPlane plane = pencils_[k].InverseDepth();
+        for (const ImagePixel pixel : domain.PixelsOf(k)) {
+          inverse_depth_[pixel.index] = static_cast<T>(plane.At(pixel.x(), pixel.y()));
         }
       }
     });
@@ -121,8 +118,7 @@ class ViewEvaluationIn : public ViewEvaluation {
       input.image = image_[0];
       input.grey_offset = kGreyOffset;
       input.inverse_depth = inverse_depth_.data();
-      input.domain = used[b / 8].data();
-      input.bit = static_cast<uint8_t>(1U << (b % 8));
+      input.domain = used.Of(b);
       input.second = &splines_[second];
       FillWarp((*views_)[view].camera, (*views_)[second].camera, input.warp, input.epipole);
       input.radius = options_.window / 2;
@@ -140,11 +136,10 @@ class ViewEvaluationIn : public ViewEvaluation {
   }
 
   void ScoreFacet(const ViewDomain& domain, int k, bool squares_only, FacetScore* score) const {
-    for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
-      const uint32_t p = domain.pixel[n];
-      if (squares_only && !InHeldBackSquare(p % domain.width, p / domain.width)) continue;
-      score->cost += fields_.cost[p];
-      score->weight += fields_.weight[p];
+    for (const ImagePixel pixel : domain.PixelsOf(k)) {
+      if (squares_only && !InHeldBackSquare(pixel.column, pixel.row)) continue;
+      score->cost += fields_.cost[pixel.index];
+      score->weight += fields_.weight[pixel.index];
     }
   }
 
@@ -153,23 +148,18 @@ class ViewEvaluationIn : public ViewEvaluation {
     const FacetPencil& pencil = pencils_[k];
     const Eigen::Matrix3d& u = pencil.coefficients;
     const double scale = -1 / pencil.offset;
-    const double width = domain.width;
-    const double rows_per_pixel = 1 / width;
     for (int corner = 0; corner < 3; ++corner) {
       CornerSums local;
-      for (uint32_t n = domain.start[3 * k + corner]; n < domain.start[3 * k + corner + 1]; ++n) {
-        const uint32_t p = domain.pixel[n];
-        local.cost += fields_.cost[p];
+      for (const ImagePixel pixel : domain.PixelsOf(k, corner)) {
+        local.cost += fields_.cost[pixel.index];
         if (!derivatives) continue;
-        // Row and column without integer divisions; the half keeps the quotient off whole numbers.
-        const int row = static_cast<int>((p + 0.5) * rows_per_pixel);
-        const double x = p - row * width + 0.5;
-        const double y = row + 0.5;
+        const double x = pixel.x();
+        const double y = pixel.y();
         const double u0 = scale * (u(0, 0) * x + u(0, 1) * y + u(0, 2));
         const double u1 = scale * (u(1, 0) * x + u(1, 1) * y + u(1, 2));
         const double u2 = scale * (u(2, 0) * x + u(2, 1) * y + u(2, 2));
-        const double slope = fields_.slope[p];
-        const double curvature = fields_.curvature[p];
+        const double slope = fields_.slope[pixel.index];
+        const double curvature = fields_.curvature[pixel.index];
         local.slope[0] += slope * u0;
         local.slope[1] += slope * u1;
         local.slope[2] += slope * u2;

@@ -25,22 +25,17 @@ WarpPicture MakeWarpPicture(const std::vector<LevelView>& views, int reference,
   double sum_ww = 0;
   double sum_iw = 0;
   for (size_t k = 0; k < domain.facet.size(); ++k) {
-    const Eigen::RowVector3d row =
+    const InverseDepthPlane plane =
         MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], rays).InverseDepth();
-    for (uint32_t m = domain.start[3 * k]; m < domain.start[3 * k + 3]; ++m) {
-      const uint32_t p = domain.pixel[m];
-      if (((domain.second_visible[partner / 8][p] >> (partner % 8)) & 1) == 0) continue;
-      const int x = static_cast<int>(p) % domain.width;
-      const int y = static_cast<int>(p) / domain.width;
-      const double inverse_depth = row * Eigen::Vector3d(x + 0.5, y + 0.5, 1);
-      const Eigen::Vector3d point =
-          view.camera.Center() + view.camera.Ray(x + 0.5, y + 0.5) / inverse_depth;
-      const Eigen::Vector2d q = second.camera.Project(point);
+    for (const ImagePixel pixel : domain.PixelsOf(k)) {
+      if (!domain.second_visible.Test(partner, pixel.index)) continue;
+      const Eigen::Vector2d q =
+          second.camera.Project(rays.SurfacePoint(pixel.x(), pixel.y(), plane));
       double value = 0;
       spline.Sample(q.x(), q.y(), &value);
-      picture.warped(y, x) = static_cast<float>(value);
-      picture.valid(y, x) = 255;
-      const double intensity = image(y, x);
+      picture.warped(pixel.row, pixel.column) = static_cast<float>(value);
+      picture.valid(pixel.row, pixel.column) = 255;
+      const double intensity = image(pixel.row, pixel.column);
       n += 1;
       sum_i += intensity;
       sum_w += value;

@@ -57,11 +57,10 @@ void SurveyView(const RayCaster& caster, const TriangleMesh& mesh,
   }
 }
 
-// Means over the pixels whose bit `b` is set in the domain of view i.
+// Means over Omega_ij, that of partner `b` in the domain of view i.
 PairMeasure Integrate(const TriangleMesh& mesh, const Camera& camera_i, const Camera& camera_j,
                       const ViewDomain& domain, size_t b, const SurveyOptions& options) {
-  const std::vector<uint8_t>& plane = domain.second_visible[b / 8];
-  const auto bit = static_cast<uint8_t>(1U << (b % 8));
+  const PartnerPixels region = domain.second_visible.Of(b);
   const Eigen::Vector3d center_i = camera_i.Center();
   const Eigen::Vector3d center_j = camera_j.Center();
   PairMeasure sum;
@@ -71,12 +70,9 @@ PairMeasure Integrate(const TriangleMesh& mesh, const Camera& camera_i, const Ca
     const Eigen::Vector3i& face = mesh.faces[domain.facet[k]];
     const Eigen::Vector3d normal = FaceAreaNormal(mesh, domain.facet[k]).normalized();
     const double height = normal.dot(mesh.vertices[face[0]] - center_i);
-    for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
-      const uint32_t pixel = domain.pixel[n];
-      if ((plane[pixel] & bit) == 0) continue;
-      const double column = pixel % static_cast<uint32_t>(domain.width);
-      const double row = pixel / static_cast<uint32_t>(domain.width);
-      const Eigen::Vector3d ray = camera_i.Ray(column + 0.5, row + 0.5);
+    for (const ImagePixel pixel : domain.PixelsOf(k)) {
+      if (!region.Has(pixel.index)) continue;
+      const Eigen::Vector3d ray = camera_i.Ray(pixel.x(), pixel.y());
       const Eigen::Vector3d x = center_i + ray * (height / normal.dot(ray));
       const double parallax = ParallaxDeg(center_i, center_j, x);
       ++count;

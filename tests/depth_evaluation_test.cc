@@ -9,7 +9,7 @@
 
 #include "core/evaluate/evaluation_report.h"
 #include "core/support/error.h"
-#include "core/visibility/render.h"
+#include "core/visibility/ray_render.h"
 #include "tests/test_scene.h"
 #include "tests/test_shapes.h"
 
@@ -34,7 +34,7 @@ struct DownwardViews {
     return mesh;
   }
   TruthDepth TruthOf(const TriangleMesh& mesh) const {
-    return [this, mesh](int view) { return RenderDepth(mesh, scene.views[view].camera); };
+    return [this, mesh](int view) { return RenderDepth(MeshRays(mesh), scene.views[view].camera); };
   }
   Scene scene;
 };

@@ -33,24 +33,22 @@ TEST(ImageMasks, TakeTheirPixelsOutOfBothSidesOfAPair) {
   for (int p = 0; p < kWidth * kHeight; ++p) {
     // Reference side.
     const bool out = p % kWidth >= 30 && p % kWidth < 50;
-    EXPECT_EQ(masked[0].second_visible[0][p], out ? 0 : all[0].second_visible[0][p]);
-    left[0] += masked[0].second_visible[0][p];
+    const bool kept = masked[0].second_visible.Test(0, p);
+    EXPECT_EQ(kept, !out && all[0].second_visible.Test(0, p));
+    left[0] += kept ? 1 : 0;
   }
   // Second side: by the projection of each pixel's surface point.
   const ViewRays rays(cameras[1]);
   for (size_t k = 0; k < all[1].facet.size(); ++k) {
-    const Eigen::RowVector3d row =
+    const InverseDepthPlane plane =
         MakeFacetPencil(mesh.vertices, mesh.faces[all[1].facet[k]], rays).InverseDepth();
-    for (uint32_t n = all[1].start[3 * k]; n < all[1].start[3 * k + 3]; ++n) {
-      const auto p = static_cast<int>(all[1].pixel[n]);
-      const Eigen::Vector3d pixel(p % kWidth + 0.5, p / kWidth + 0.5, 1);  // NOLINT
-      const Eigen::Vector3d point =
-          cameras[1].Center() + cameras[1].Ray(pixel.x(), pixel.y()) / row.dot(pixel);
-      const double x = cameras[0].Project(point).x();
+    for (const ImagePixel pixel : all[1].PixelsOf(k)) {
+      const double x = cameras[0].Project(rays.SurfacePoint(pixel.x(), pixel.y(), plane)).x();
       if (std::min(std::abs(x - 30), std::abs(x - 50)) < 1e-6) continue;
       const bool out = x > 30 && x < 50;
-      EXPECT_EQ(masked[1].second_visible[0][p], out ? 0 : all[1].second_visible[0][p]);
-      left[1] += masked[1].second_visible[0][p];
+      const bool kept = masked[1].second_visible.Test(0, pixel.index);
+      EXPECT_EQ(kept, !out && all[1].second_visible.Test(0, pixel.index));
+      left[1] += kept ? 1 : 0;
     }
   }
   for (int i = 0; i < 2; ++i) {

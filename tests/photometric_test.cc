@@ -243,9 +243,7 @@ Reference EvaluateByAutodiff(const RoundContext& context, const PhotometricOptio
     const cv::Mat1f image = view.FloatImage();
     std::vector<int> facet_of(static_cast<size_t>(domain.width) * domain.height, -1);
     for (size_t k = 0; k < domain.facet.size(); ++k) {
-      for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
-        facet_of[domain.pixel[n]] = domain.facet[k];
-      }
+      for (const ImagePixel pixel : domain.PixelsOf(k)) facet_of[pixel.index] = domain.facet[k];
     }
     const DepthPlanes planes = MakeDepthPlanes(domain, mesh, view.camera);
     const MaskMode mode = options.mask.mode;
@@ -264,7 +262,7 @@ Reference EvaluateByAutodiff(const RoundContext& context, const PhotometricOptio
       std::vector<Jet> warped(facet_of.size());
       std::vector<char> valid(facet_of.size(), 0);
       for (size_t p = 0; p < facet_of.size(); ++p) {
-        if (facet_of[p] < 0 || ((domain.second_visible[b / 8][p] >> (b % 8)) & 1) == 0) continue;
+        if (facet_of[p] < 0 || !domain.second_visible.Test(b, p)) continue;
         valid[p] = 1;
         const Eigen::Vector3i& face = mesh.faces[facet_of[p]];
         const JetVector edge1 = vertices[face[1]] - vertices[face[0]];

@@ -12,6 +12,7 @@
 #include "core/image/picture.h"
 #include "core/support/error.h"
 #include "core/support/parallel.h"
+#include "core/visibility/ray_render.h"
 
 namespace burin {
 namespace {
@@ -74,7 +75,7 @@ TEST(RenderDepth, PlaneIsExactAtPixelCentres) {
   const Camera camera = TestCamera();
   const double z = 2.0;
   const double slope = 0.3;
-  const cv::Mat1f depth = RenderDepth(SquareBefore(camera, z, 20, slope), camera);
+  const cv::Mat1f depth = RenderDepth(MeshRays(SquareBefore(camera, z, 20, slope)), camera);
   for (int row = 0; row < camera.height; ++row) {
     for (int col = 0; col < camera.width; ++col) {
       // Z = z + slope X with X = Z (col + 0.5 - cx) / fx.
@@ -86,7 +87,7 @@ TEST(RenderDepth, PlaneIsExactAtPixelCentres) {
 
 TEST(RenderDepth, CoversTheProjectedSquareAndNothingElse) {
   const Camera camera = TestCamera();
-  const cv::Mat1f depth = RenderDepth(SquareBefore(camera, 2.0, 0.5, 0), camera);
+  const cv::Mat1f depth = RenderDepth(MeshRays(SquareBefore(camera, 2.0, 0.5, 0)), camera);
   for (int row = 0; row < camera.height; ++row) {
     for (int col = 0; col < camera.width; ++col) {
       const double x = 2.0 * (col + 0.5 - camera.cx) / camera.fx;
@@ -103,7 +104,7 @@ TEST(RenderDepth, SilhouetteOfASphereHasItsArea) {
   camera.cx = camera.cy = 100;
   const double distance = 5;
   const double radius = 1;
-  const cv::Mat1f depth = RenderDepth(SphereAt({0, 0, distance}, radius, 100), camera);
+  const cv::Mat1f depth = RenderDepth(MeshRays(SphereAt({0, 0, distance}, radius, 100)), camera);
   // The cone of tangents meets the image plane in a circle of radius f r / sqrt(d^2 - r^2).
   const double pixels = 300 * radius / std::sqrt(distance * distance - radius * radius);
   EXPECT_NEAR(cv::countNonZero(depth), M_PI * pixels * pixels, 0.005 * M_PI * pixels * pixels);
@@ -112,8 +113,8 @@ TEST(RenderDepth, SilhouetteOfASphereHasItsArea) {
 
 TEST(RenderDepth, NothingBehindTheCamera) {
   const Camera camera = TestCamera();
-  EXPECT_EQ(cv::countNonZero(RenderDepth(SquareBefore(camera, -2.0, 20, 0), camera)), 0);
-  EXPECT_EQ(cv::countNonZero(RenderDepth(TriangleMesh(), camera)), 0);
+  EXPECT_EQ(cv::countNonZero(RenderDepth(MeshRays(SquareBefore(camera, -2.0, 20, 0)), camera)), 0);
+  EXPECT_EQ(cv::countNonZero(RenderDepth(MeshRays(TriangleMesh()), camera)), 0);
 }
 
 TEST(RenderDepth, FarFromTheOrigin) {
@@ -122,7 +123,7 @@ TEST(RenderDepth, FarFromTheOrigin) {
   const Eigen::Vector3d far(4.0e5, 5.0e6, 300);
   for (Eigen::Vector3d& vertex : mesh.vertices) vertex += far;
   camera.translation -= camera.rotation * far;
-  const cv::Mat1f depth = RenderDepth(mesh, camera);
+  const cv::Mat1f depth = RenderDepth(MeshRays(mesh), camera);
   for (const float z : depth) ASSERT_NEAR(z, 2.0, 1e-6);
 }
 

@@ -8,7 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/support/error.h"
-#include "core/visibility/render.h"
+#include "core/visibility/ray_render.h"
 #include "tests/test_scene.h"
 
 namespace burin {
@@ -21,7 +21,7 @@ struct SquareScene {
     test::AppendGrid(&mesh, 4, 0, 0, 2, [](double, double) { return 0.0; });
     test::AppendGrid(&mesh, 4, 0, 0, 0.5, [](double, double) { return 1.0; });
     camera = test::LookAt({0, 0, 5}, {0, 0, 0}, 600, 600, 500);
-    depth = RenderDepth(mesh, camera);
+    depth = RenderDepth(MeshRays(mesh), camera);
   }
   bool Near(const Eigen::Vector3d& point, double radius_px = 4) const {
     SilhouetteOptions options;
@@ -58,7 +58,7 @@ TEST(Silhouette, AnyViewThatSeesItDecides) {
   const Camera oblique = test::LookAt({3, 0, 4}, {0, 0, 0}, 600, 600, 500);
   const Eigen::Vector3d point(-0.45, 0, 1);
   const std::vector<Camera> cameras = {scene.camera, oblique};
-  std::vector<cv::Mat1f> depth = {scene.depth, RenderDepth(scene.mesh, oblique)};
+  std::vector<cv::Mat1f> depth = {scene.depth, RenderDepth(MeshRays(scene.mesh), oblique)};
   SilhouetteOptions options;
   options.radius_px = 5;
   EXPECT_FALSE(NearSilhouettes({point}, {scene.camera}, {scene.depth}, options)[0] != 0);

@@ -26,9 +26,9 @@ TEST(Visibility, PixelListsCoverTheFacetMapOnce) {
   std::vector<int> owner(96 * 80, -1);
   const ViewDomain& domain = domains[0];
   for (size_t k = 0; k < domain.facet.size(); ++k) {
-    for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
-      EXPECT_EQ(owner[domain.pixel[n]], -1);
-      owner[domain.pixel[n]] = domain.facet[k];
+    for (const ImagePixel pixel : domain.PixelsOf(k)) {
+      EXPECT_EQ(owner[pixel.index], -1);
+      owner[pixel.index] = domain.facet[k];
     }
   }
   for (int p = 0; p < 96 * 80; ++p) EXPECT_EQ(owner[p], map(p / 96, p % 96));
@@ -83,23 +83,19 @@ TEST(Visibility, PixelsAreSeenAsRaysOfTheirOwnSeeThem) {
       std::vector<int> facets;
       std::vector<uint32_t> pixels;
       for (size_t k = 0; k < domain.facet.size(); ++k) {
-        const Eigen::RowVector3d row =
-            MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], rays)
-                .coefficients.colwise()
-                .sum();
-        for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
-          const Eigen::Vector3d pixel(domain.pixel[n] % domain.width + 0.5,
-                                      domain.pixel[n] / domain.width + 0.5, 1);
-          points.emplace_back(rays.center + rays.ray_from_pixel * pixel / row.dot(pixel));
+        const InverseDepthPlane plane =
+            MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], rays).InverseDepth();
+        for (const ImagePixel pixel : domain.PixelsOf(k)) {
+          points.push_back(rays.SurfacePoint(pixel.x(), pixel.y(), plane));
           facets.push_back(domain.facet[k]);
-          pixels.push_back(domain.pixel[n]);
+          pixels.push_back(pixel.index);
         }
       }
       std::vector<uint8_t> visible;
       caster.PointsVisible(cameras[domain.seconds[b]].Center(), points, facets, &visible);
       int64_t hidden = 0;
       for (size_t n = 0; n < points.size(); ++n) {
-        const int seen = (domain.second_visible[b / 8][pixels[n]] >> (b % 8)) & 1;
+        const int seen = domain.second_visible.Test(b, pixels[n]) ? 1 : 0;
         different += seen != visible[n] ? 1 : 0;
         hidden += visible[n] == 0 ? 1 : 0;
       }

@@ -13,7 +13,7 @@
 #include "core/support/error.h"
 #include "core/support/json_file.h"
 #include "core/support/options.h"
-#include "core/visibility/render.h"
+#include "core/visibility/ray_render.h"
 #include "core/visibility/silhouette.h"
 
 namespace burin {
@@ -56,7 +56,8 @@ struct EvaluateCommand {
   TruthDepth DepthOf(const Truth& loaded, const Scene& views,
                      const std::vector<cv::Mat1f>& maps) const {
     if (!maps.empty()) return [&maps](int view) { return maps[view]; };
-    return [&](int view) { return RenderDepth(loaded.mesh, views.views[view].camera); };
+    const auto rays = std::make_shared<MeshRays>(loaded.mesh);
+    return [rays, &views](int view) { return RenderDepth(*rays, views.views[view].camera); };
   }
 
   void Run() const {

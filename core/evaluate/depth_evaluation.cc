@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/support/error.h"
-#include "core/visibility/render.h"
+#include "core/visibility/ray_render.h"
 
 namespace burin {
 
@@ -68,11 +68,12 @@ DepthEvaluation EvaluateDepth(const TriangleMesh& mesh, const Scene& scene,
                               const TruthDepth& truth_depth, double sigma) {
   DepthEvaluation evaluation;
   evaluation.sigma = sigma;
+  const MeshRays rays(mesh);
   for (size_t i = 0; i < scene.views.size(); ++i) {
     const cv::Mat1f truth = truth_depth(static_cast<int>(i));
     if (truth.empty()) continue;
     const Camera camera = scene.views[i].camera.Resized(truth.cols, truth.rows);
-    const DepthErrors errors = CompareDepth(RenderDepth(mesh, camera), truth, sigma);
+    const DepthErrors errors = CompareDepth(RenderDepth(rays, camera), truth, sigma);
     if (errors.truth_pixels == 0) continue;
     evaluation.names.push_back(scene.views[i].name);
     evaluation.views.push_back(errors);

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <memory>
 
-#include "core/mesh/closest_point.h"
+#include "core/evaluate/match.h"
 #include "core/mesh/surface_samples.h"
 #include "core/support/error.h"
 #include "core/support/parallel.h"
@@ -16,79 +16,7 @@ namespace burin {
 namespace {
 
 constexpr int kFitSamples = 50000;
-constexpr int kGrain = 1024;
-
-// A point's match on one side of the comparison.
-struct Match {
-  bool found = false;
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // unit; zero when the side has none
-  double distance = 0;                               // |a - b|
-  double signed_distance = 0;                        // by the normal; unsigned without one
-};
-
-// Nearest points of a mesh or a cloud, behind one call.
-class Side {
- public:
-  explicit Side(const TriangleMesh& mesh) : mesh_(std::make_unique<MeshDistance>(mesh)) {}
-  explicit Side(const PointCloud& cloud)
-      : cloud_(&cloud), tree_(std::make_unique<CloudDistance>(cloud.points)) {}
-
-  Match Find(const Eigen::Vector3d& query, double max_distance) const {
-    Match match;
-    if (mesh_ != nullptr) {
-      const SurfacePoint nearest = mesh_->Find(query, max_distance);
-      match.found = nearest.face >= 0;
-      match.point = nearest.point;
-      match.normal = nearest.face_normal;
-      match.signed_distance = nearest.SignedDistance(query);
-      match.distance = nearest.distance;
-      return match;
-    }
-    const int index = tree_->Find(query, max_distance, &match.distance);
-    match.found = index >= 0;
-    if (!match.found) return match;
-    match.point = cloud_->points[index];
-    match.signed_distance = match.distance;
-    if (!cloud_->normals.empty() && cloud_->normals[index].norm() > 0) {
-      match.normal = cloud_->normals[index].normalized();
-      match.signed_distance = match.normal.dot(query - match.point);
-    }
-    return match;
-  }
-
- private:
-  std::unique_ptr<MeshDistance> mesh_;
-  const PointCloud* cloud_ = nullptr;
-  std::unique_ptr<CloudDistance> tree_;
-};
-
-Side SideOf(const Truth& truth) { return truth.IsMesh() ? Side(truth.mesh) : Side(truth.cloud); }
-
-// Of each point, its two distances to its match; negative when it has none. Where the match has no
-// normal, that to the plane is that to the point.
-struct Distances {
-  std::vector<double> point;
-  std::vector<double> plane;
-};
-
-Distances MeasureDistances(const std::vector<Eigen::Vector3d>& points, const Similarity& motion,
-                           const Side& side, double max_distance) {
-  Distances distances;
-  distances.point.assign(points.size(), -1);
-  distances.plane.assign(points.size(), -1);
-  ParallelFor(static_cast<int>(points.size()), kGrain, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k) {
-      const Eigen::Vector3d point = motion * points[k];
-      const Match match = side.Find(point, max_distance);
-      if (!match.found) continue;
-      distances.point[k] = match.distance;
-      distances.plane[k] =
-          match.normal.isZero(0) ? match.distance : std::abs(match.normal.dot(point - match.point));
-    }
-  });
-  return distances;
-}
+constexpr int kVertexGrain = 1024;
 
 double ShareWithin(const std::vector<double>& distances, double tau, std::int64_t of) {
   const auto within = std::count_if(distances.begin(), distances.end(),
@@ -123,7 +51,7 @@ SurfaceSamples SamplesOf(const TriangleMesh& mesh, int count, std::uint64_t seed
 }
 
 // What lays mesh samples onto the truth; nothing moves where no alignment is asked for.
-Alignment FitToTruth(const TriangleMesh& mesh, const Side& truth,
+Alignment FitToTruth(const TriangleMesh& mesh, const MatchSide& truth,
                      const EvaluationOptions& options) {
   if (options.align == AlignmentKind::kNone) {
     Alignment none;
@@ -235,7 +163,7 @@ Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
 
   const auto seed = static_cast<std::uint64_t>(options.seed);
   const SurfaceSamples samples = SamplesOf(mesh, options.sample_count, seed, "mesh");
-  const Side truth_side = SideOf(truth);
+  const MatchSide truth_side(truth);
   const Alignment fit = FitToTruth(mesh, truth_side, options);
   evaluation.truth_from_mesh = fit.motion;
   evaluation.fit_converged = fit.converged;
@@ -244,16 +172,17 @@ Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
   centre /= static_cast<double>(samples.points.size());
   evaluation.fit_shift = (fit.motion * centre - centre).norm();
   const TriangleMesh moved = Moved(mesh, fit.motion);
-  const Side mesh_side(moved);
+  const MatchSide mesh_side(moved);
 
-  const Distances from_mesh = MeasureDistances(samples.points, evaluation.truth_from_mesh,
-                                               truth_side, evaluation.max_distance);
+  const MatchDistances from_mesh = MeasureDistances(samples.points, evaluation.truth_from_mesh,
+                                                    truth_side, evaluation.max_distance);
   std::vector<Eigen::Vector3d> truth_samples;
   if (truth.IsMesh()) {
     truth_samples = SamplesOf(truth.mesh, options.sample_count, seed, "truth").points;
   }
-  const Distances from_truth = MeasureDistances(truth.IsMesh() ? truth_samples : truth.cloud.points,
-                                                Similarity(), mesh_side, evaluation.max_distance);
+  const MatchDistances from_truth =
+      MeasureDistances(truth.IsMesh() ? truth_samples : truth.cloud.points, Similarity(), mesh_side,
+                       evaluation.max_distance);
 
   const std::vector<double>& accuracy = to_plane ? from_mesh.plane : from_mesh.point;
   const std::vector<double>& completeness = to_plane ? from_truth.plane : from_truth.point;
@@ -284,15 +213,15 @@ Similarity TruthFromMesh(const TriangleMesh& mesh, const Truth& truth,
                          const EvaluationOptions& options) {
   if (options.align == AlignmentKind::kNone) return {};  // without a search structure
   CheckTruth(truth);
-  return FitToTruth(mesh, SideOf(truth), options).motion;
+  return FitToTruth(mesh, MatchSide(truth), options).motion;
 }
 
 struct AccuracyMeter::Data {
   Data(const Truth& truth, const EvaluationOptions& o)
-      : options(o), protocol(truth, o), side(SideOf(truth)) {}
+      : options(o), protocol(truth, o), side(truth) {}
   EvaluationOptions options;
   Protocol protocol;
-  Side side;
+  MatchSide side;
 };
 
 AccuracyMeter::AccuracyMeter(const Truth& truth, const EvaluationOptions& options)
@@ -306,7 +235,7 @@ DistanceStatistics AccuracyMeter::Measure(const TriangleMesh& mesh) const {
   const SurfaceSamples samples =
       SamplesOf(mesh, options.sample_count, static_cast<std::uint64_t>(options.seed), "mesh");
   const Similarity truth_from_mesh = FitToTruth(mesh, data_->side, options).motion;
-  const Distances distances =
+  const MatchDistances distances =
       MeasureDistances(samples.points, truth_from_mesh, data_->side, max_distance);
   return StatisticsOf(data_->protocol.to_plane ? distances.plane : distances.point);
 }
@@ -314,7 +243,7 @@ DistanceStatistics AccuracyMeter::Measure(const TriangleMesh& mesh) const {
 double RmseToTruthMesh(const TriangleMesh& mesh, const TriangleMesh& truth, int sample_count) {
   if (!(SurfaceArea(truth) > 0)) throw InputError("evaluation: the truth has no surface");
   const SurfaceSamples samples = SamplesOf(mesh, sample_count, 0, "mesh");
-  return StatisticsOf(MeasureDistances(samples.points, Similarity(), Side(truth),
+  return StatisticsOf(MeasureDistances(samples.points, Similarity(), MatchSide(truth),
                                        std::numeric_limits<double>::infinity())
                           .point)
       .rmse;
@@ -323,9 +252,9 @@ double RmseToTruthMesh(const TriangleMesh& mesh, const TriangleMesh& truth, int 
 std::vector<double> VertexErrors(const TriangleMesh& mesh, const Truth& truth,
                                  double max_distance) {
   CheckTruth(truth);
-  const Side side = SideOf(truth);
+  const MatchSide side(truth);
   std::vector<double> errors(mesh.vertices.size());
-  ParallelFor(static_cast<int>(errors.size()), kGrain, [&](int begin, int end) {
+  ParallelFor(static_cast<int>(errors.size()), kVertexGrain, [&](int begin, int end) {
     for (int v = begin; v < end; ++v) {
       const Match match = side.Find(mesh.vertices[v], max_distance);
       errors[v] = match.found ? match.signed_distance : std::numeric_limits<double>::quiet_NaN();

@@ -220,16 +220,16 @@ MeshDistance::MeshDistance(MeshDistance&&) noexcept = default;
 SurfacePoint MeshDistance::Find(const Eigen::Vector3d& query, double max_distance) const {
   SurfacePoint result;
   if (!query.allFinite()) return result;
-  const Eigen::Vector3d local = query - data_->embree.origin();
+  const Eigen::Vector3f local = data_->embree.Local(query);
   // Rounding of the stored vertices and of the query itself.
-  const double slack =
-      4 * (data_->embree.rounding() + local.norm() * std::numeric_limits<float>::epsilon());
+  const double slack = 4 * (data_->embree.rounding() +
+                            local.cast<double>().norm() * std::numeric_limits<float>::epsilon());
   ClosestSearch search{&data_->mesh,    query, slack, max_distance * max_distance,
                        TrianglePoint(), -1};
   RTCPointQuery point_query;
-  point_query.x = static_cast<float>(local.x());
-  point_query.y = static_cast<float>(local.y());
-  point_query.z = static_cast<float>(local.z());
+  point_query.x = local.x();
+  point_query.y = local.y();
+  point_query.z = local.z();
   point_query.time = 0;
   point_query.radius = static_cast<float>(max_distance + slack);
   RTCPointQueryContext context;

@@ -6,7 +6,12 @@
 
 namespace burin {
 
-EmbreeMesh::EmbreeMesh(const TriangleMesh& mesh, RTCSceneFlags flags) {
+Eigen::Vector3d EmbreeMesh::Middle(const TriangleMesh& mesh) {
+  return mesh.faces.empty() ? Eigen::Vector3d(0, 0, 0) : BoundingBox(mesh).center();
+}
+
+EmbreeMesh::EmbreeMesh(const TriangleMesh& mesh, const Eigen::Vector3d& origin, RTCSceneFlags flags)
+    : origin_(origin) {
   const int vertex_count = static_cast<int>(mesh.vertices.size());
   for (const Eigen::Vector3i& face : mesh.faces) {
     CHECK(face.minCoeff() >= 0 && face.maxCoeff() < vertex_count) << "face index out of range";
@@ -18,8 +23,8 @@ EmbreeMesh::EmbreeMesh(const TriangleMesh& mesh, RTCSceneFlags flags) {
   rtcSetSceneFlags(scene_, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | flags));
 
   if (!mesh.faces.empty()) {
-    const Eigen::AlignedBox3d box = BoundingBox(mesh);
-    origin_ = box.center();
+    Eigen::AlignedBox3d box = BoundingBox(mesh);
+    box.extend(origin);
     rounding_ = box.diagonal().norm() * std::numeric_limits<float>::epsilon();
 
     RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -31,7 +36,7 @@ EmbreeMesh::EmbreeMesh(const TriangleMesh& mesh, RTCSceneFlags flags) {
                                 3 * sizeof(unsigned), mesh.faces.size()));
     CHECK(positions != nullptr && indices != nullptr) << "Embree is out of memory";
     for (size_t v = 0; v < mesh.vertices.size(); ++v) {
-      const Eigen::Vector3f local = (mesh.vertices[v] - origin_).cast<float>();
+      const Eigen::Vector3f local = Local(mesh.vertices[v]);
       for (int c = 0; c < 3; ++c) positions[3 * v + c] = local[c];
     }
     for (size_t f = 0; f < mesh.faces.size(); ++f) {

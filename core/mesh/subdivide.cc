@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/mesh/manifold_cut.h"
-#include "core/mesh/projected_area.h"
+#include "core/mesh/size_in_views.h"
 #include "core/support/parallel.h"
 
 namespace burin {
@@ -23,10 +23,11 @@ class FaceSplitter {
   FaceSplitter(TriangleMesh* mesh, const std::vector<Camera>& cameras,
                const SubdivisionOptions& options,
                const std::vector<std::vector<char>>* face_visible_in_view)
-      : mesh_(*mesh), cameras_(cameras), options_(options) {
-    for (const Camera& camera : cameras) projections_.push_back(camera.ProjectionMatrix());
+      : mesh_(*mesh),
+        max_face_count_(options.max_face_count),
+        size_in_views_(*mesh, cameras, options.max_facet_px, options.max_edge_px,
+                       face_visible_in_view) {
     report_.input_face_count = static_cast<int>(mesh_.faces.size());
-    ListViews(face_visible_in_view);
     BuildConnectivity();
   }
 
@@ -38,7 +39,7 @@ class FaceSplitter {
     for (int sweep = 1; !pending.empty(); ++sweep) {
       std::vector<char> too_large(pending.size(), 0);
       ParallelFor(static_cast<int>(pending.size()), 1024, [&](int begin, int end) {
-        for (int i = begin; i < end; ++i) too_large[i] = IsTooLarge(pending[i]);
+        for (int i = begin; i < end; ++i) too_large[i] = IsTooLarge(FaceHandle(pending[i]));
       });
       changed_.clear();
       sweep_ = sweep;
@@ -61,31 +62,6 @@ class FaceSplitter {
   }
 
  private:
-  // Views that count for each input face, the one in which it is largest first.
-  void ListViews(const std::vector<std::vector<char>>* face_visible_in_view) {
-    views_.resize(mesh_.faces.size());
-    ParallelFor(static_cast<int>(mesh_.faces.size()), 256, [&](int begin, int end) {
-      std::vector<std::pair<double, int>> sized;
-      for (int f = begin; f < end; ++f) {
-        sized.clear();
-        const Eigen::Vector3i& face = mesh_.faces[f];
-        for (size_t i = 0; i < cameras_.size(); ++i) {
-          if (face_visible_in_view != nullptr && !(*face_visible_in_view)[f][i]) continue;
-          if (!FacesCamera(mesh_, f, cameras_[i])) continue;
-          const double area = AreaInView(static_cast<int>(i), face);
-          if (area > 0) sized.emplace_back(-area, static_cast<int>(i));
-        }
-        std::sort(sized.begin(), sized.end());
-        for (const auto& [negative_area, i] : sized) views_[f].push_back(i);
-      }
-    });
-  }
-
-  double AreaInView(int i, const Eigen::Vector3i& face) const {
-    return ProjectedArea(projections_[i], cameras_[i].width, cameras_[i].height,
-                         mesh_.vertices[face[0]], mesh_.vertices[face[1]], mesh_.vertices[face[2]]);
-  }
-
   void BuildConnectivity() {
     const std::vector<int> label = LabelCorners(mesh_);
     std::vector<int> vertex_of_label(label.size(), -1);
@@ -211,30 +187,8 @@ class FaceSplitter {
     return FaceHandle();
   }
 
-  bool IsTooLarge(int face) const {
-    const Eigen::Vector3i corners = Corners(FaceHandle(face));
-    double edge = 0;
-    for (int c = 0; c < 3; ++c) {
-      edge = std::max(edge,
-                      (mesh_.vertices[corners[c]] - mesh_.vertices[corners[(c + 1) % 3]]).norm());
-    }
-    for (int i : views_[origin_[face]]) {
-      const double area = AreaInView(i, corners);
-      if (area > options_.max_facet_px) return true;
-      if (options_.max_edge_px > 0 && area > 0 &&
-          edge > options_.max_edge_px * LargestFootprint(i, corners)) {
-        return true;
-      }
-    }
-    return false;
-  }
-
-  double LargestFootprint(int i, const Eigen::Vector3i& corners) const {
-    double largest = 0;
-    for (int c = 0; c < 3; ++c) {
-      largest = std::max(largest, cameras_[i].Footprint(mesh_.vertices[corners[c]]));
-    }
-    return largest;
+  bool IsTooLarge(FaceHandle face) const {
+    return size_in_views_.IsTooLarge(origin_[face.idx()], Corners(face));
   }
 
   Eigen::Vector3i Corners(FaceHandle face) const {
@@ -252,7 +206,7 @@ class FaceSplitter {
   void Split(int face) {
     path_.assign(1, FaceHandle(face));
     while (!path_.empty()) {
-      if (static_cast<std::int64_t>(connectivity_.n_faces()) >= options_.max_face_count) {
+      if (static_cast<std::int64_t>(connectivity_.n_faces()) >= max_face_count_) {
         report_.reached_bound = false;
         return;
       }
@@ -331,10 +285,8 @@ class FaceSplitter {
   }
 
   TriangleMesh& mesh_;  // vertices grow while splitting, faces are replaced at the end
-  const std::vector<Camera>& cameras_;
-  const SubdivisionOptions options_;
-  std::vector<Eigen::Matrix<double, 3, 4>> projections_;  // per camera
-  std::vector<std::vector<int>> views_;                   // per input face
+  const std::int64_t max_face_count_;
+  const SizeInViews size_in_views_;
   SubdivisionReport report_;
 
   OpenMesh::TriConnectivity connectivity_;

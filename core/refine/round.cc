@@ -17,10 +17,8 @@ std::vector<char> SupportedVertices(const std::vector<ViewDomain>& domains,
       const ViewDomain& domain = domains[i];
       by_view[i].assign(count, 0);
       for (size_t k = 0; k < domain.facet.size(); ++k) {
-        for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
-          uint8_t any = 0;
-          for (const auto& plane : domain.second_visible) any |= plane[domain.pixel[n]];
-          if (any == 0) continue;
+        for (const ImagePixel pixel : domain.PixelsOf(k)) {
+          if (!domain.second_visible.Any(pixel.index)) continue;
           for (int c = 0; c < 3; ++c) by_view[i][mesh.faces[domain.facet[k]][c]] = 1;
           break;
         }

@@ -235,7 +235,8 @@ SyntheticScene MakeSyntheticScene(const SyntheticOptions& options, const Triangl
   PerturbAlongNormals(Random(options, kInitStream).Bits(0),
                       options.init_noise_px * layout.footprint, &synthetic.init);
   {
-    const MeshRays rays(layout.truth);
+    // Layouts stand around the origin. Another one would round another way: other bytes.
+    const MeshRays rays(layout.truth, Eigen::Vector3d::Zero());
     RenderViews(layout, rays, &synthetic);
     AddSparsePoints(layout, rays, &synthetic);
     AddTruthPoints(layout, rays, &synthetic);

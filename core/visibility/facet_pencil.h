@@ -8,6 +8,14 @@
 
 namespace burin {
 
+// 1/t at image point (x, y) of the plane of a facet.
+struct InverseDepthPlane {
+  double slope_x;
+  double slope_y;
+  double at_origin;
+  double At(double x, double y) const { return slope_x * x + slope_y * y + at_origin; }
+};
+
 // The barycentric coordinates of the pixels of one facet in one view, divided by depth:
 //   u_k(x, y) = phi_k / t = row k of `coefficients` times (x, y, 1),   1/t = u_0 + u_1 + u_2,
 // for the surface point c + t * Ray(x, y). They are affine in the pixel, which is what makes
@@ -18,8 +26,10 @@ struct FacetPencil {
   double offset = 0;       // n . (V_0 - c); negative for a front-facing facet
   Eigen::Vector3d normal;  // area normal n
 
-  // 1/t at pixel position (x, y) is this times (x, y, 1).
-  Eigen::RowVector3d InverseDepth() const { return coefficients.colwise().sum(); }
+  InverseDepthPlane InverseDepth() const {
+    const Eigen::RowVector3d sum = coefficients.colwise().sum();
+    return {sum[0], sum[1], sum[2]};
+  }
 };
 
 // What pencils need of a camera, computed once a view.
@@ -27,6 +37,11 @@ struct ViewRays {
   explicit ViewRays(const Camera& camera);
   Eigen::Vector3d center;
   Eigen::Matrix3d ray_from_pixel;  // Ray(x, y) = ray_from_pixel * (x, y, 1)
+
+  // Where the ray through image point (x, y) meets the plane.
+  Eigen::Vector3d SurfacePoint(double x, double y, const InverseDepthPlane& plane) const {
+    return center + ray_from_pixel * Eigen::Vector3d(x, y, 1) / plane.At(x, y);
+  }
 };
 FacetPencil MakeFacetPencil(const std::vector<Eigen::Vector3d>& vertices,
                             const Eigen::Vector3i& face, const ViewRays& view);

@@ -1,6 +1,5 @@
 #include "core/visibility/render.h"
 
-#include <embree3/rtcore.h>
 #include <glog/logging.h>
 
 #include <Eigen/Geometry>
@@ -8,69 +7,14 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
-#include <limits>
 #include <opencv2/imgproc.hpp>
 
 #include "core/image/picture.h"
-#include "core/mesh/embree_mesh.h"
 #include "core/support/parallel.h"
+#include "core/visibility/ray_render.h"
 
 namespace burin {
 namespace {
-
-// First surface point along a camera ray.
-struct RayHit {
-  int face = -1;  // -1: none
-  double depth = 0;
-  Eigen::Vector3d barycentric = Eigen::Vector3d::Zero();
-};
-
-class RayCaster {
- public:
-  RayCaster(const TriangleMesh& mesh, const Camera& camera)
-      : mesh_(mesh), camera_(camera), embree_(mesh) {}
-
-  RayHit Cast(double x, double y) const {
-    const Eigen::Vector3d direction = camera_.Ray(x, y);  // unit depth: distances are depths
-    const Eigen::Vector3f origin = (camera_.Center() - embree_.origin()).cast<float>();
-    RTCRayHit query;
-    query.ray.org_x = origin.x();
-    query.ray.org_y = origin.y();
-    query.ray.org_z = origin.z();
-    query.ray.dir_x = static_cast<float>(direction.x());
-    query.ray.dir_y = static_cast<float>(direction.y());
-    query.ray.dir_z = static_cast<float>(direction.z());
-    query.ray.tnear = 0;
-    query.ray.tfar = std::numeric_limits<float>::infinity();
-    query.ray.time = 0;
-    query.ray.mask = ~0U;
-    query.ray.flags = 0;
-    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcIntersect1(embree_.scene(), &context, &query);
-
-    RayHit hit;
-    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return hit;
-    hit.face = static_cast<int>(query.hit.primID);
-    hit.depth = query.ray.tfar;
-    hit.barycentric = {1.0 - query.hit.u - query.hit.v, query.hit.u, query.hit.v};
-    const Eigen::Vector3d normal = FaceAreaNormal(mesh_, hit.face).normalized();
-    const double slope = normal.dot(direction);
-    // Nearly edge-on, the plane says less about the depth than Embree does.
-    if (std::abs(slope) > 1e-3 * direction.norm()) {
-      const Eigen::Vector3d& corner = mesh_.vertices[mesh_.faces[hit.face][0]];
-      hit.depth = normal.dot(corner - camera_.Center()) / slope;
-    }
-    return hit;
-  }
-
- private:
-  const TriangleMesh& mesh_;
-  const Camera& camera_;
-  EmbreeMesh embree_;
-};
 
 // Light that a surface of unit albedo returns, in [0, 1], and which side is seen.
 struct Shade {
@@ -105,18 +49,20 @@ Shade ShadeOf(const TriangleMesh& mesh, const std::vector<Eigen::Vector3d>& vert
 cv::Mat3b RenderColors(
     const TriangleMesh& mesh, const Camera& camera, const RenderOptions& options,
     const std::function<cv::Vec3d(const RayHit&, const Eigen::Vector3d& ray)>& color_of) {
-  const RayCaster caster(mesh, camera);
+  const MeshRays mesh_rays(mesh);
+  const Eigen::Vector3d center = camera.Center();
   const int rays = std::max(1, options.supersampling);
   cv::Mat3b picture(camera.height, camera.width, options.background);
   ParallelFor(camera.height, 4, [&](int begin, int end) {
+    RayHit hit;
     for (int row = begin; row < end; ++row) {
       for (int col = 0; col < camera.width; ++col) {
         cv::Vec3d sum(0, 0, 0);
         for (int s = 0; s < rays * rays; ++s) {
-          const double x = col + (s % rays + 0.5) / rays;
-          const double y = row + (s / rays + 0.5) / rays;
-          const RayHit hit = caster.Cast(x, y);
-          sum += hit.face < 0 ? cv::Vec3d(options.background) : color_of(hit, camera.Ray(x, y));
+          const Eigen::Vector2d at = SamplePoint(col, row, s, rays);
+          const Eigen::Vector3d ray = camera.Ray(at.x(), at.y());
+          sum += mesh_rays.Intersect(center, ray, &hit) ? color_of(hit, ray)
+                                                        : cv::Vec3d(options.background);
         }
         for (int c = 0; c < 3; ++c) {
           picture(row, col)[c] = cv::saturate_cast<uchar>(sum[c] / (rays * rays));
@@ -264,20 +210,6 @@ cv::Mat3b RenderFaceScalar(const TriangleMesh& mesh, const Camera& camera,
   CHECK_EQ(values.size(), mesh.faces.size());
   return RenderScalar(
       mesh, camera, [&](const RayHit& hit) { return values[hit.face]; }, scale, options);
-}
-
-cv::Mat1f RenderDepth(const TriangleMesh& mesh, const Camera& camera) {
-  const RayCaster caster(mesh, camera);
-  cv::Mat1f depth(camera.height, camera.width, 0.0F);
-  ParallelFor(camera.height, 4, [&](int begin, int end) {
-    for (int row = begin; row < end; ++row) {
-      for (int col = 0; col < camera.width; ++col) {
-        const RayHit hit = caster.Cast(col + 0.5, row + 0.5);
-        if (hit.face >= 0) depth(row, col) = static_cast<float>(hit.depth);
-      }
-    }
-  });
-  return depth;
 }
 
 }  // namespace burin

@@ -1,6 +1,5 @@
 // Pictures of meshes from calibrated cameras: what a person looks at before believing a number.
-// Rays go through Embree; pixel (row, col) is the ray through (col + 0.5, row + 0.5), as
-// everywhere. Pictures are the same bytes for any number of threads.
+// Pictures are the same bytes for any number of threads.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -51,9 +50,5 @@ cv::Mat3b RenderVertexScalar(const TriangleMesh& mesh, const Camera& camera,
 cv::Mat3b RenderFaceScalar(const TriangleMesh& mesh, const Camera& camera,
                            const std::vector<double>& values, const ColorScale& scale,
                            const RenderOptions& options = {});
-
-// Camera z of the first surface along each pixel's central ray, world units; 0 where there is none.
-// Exact up to the final rounding: the facet comes from Embree, the depth from its plane in double.
-cv::Mat1f RenderDepth(const TriangleMesh& mesh, const Camera& camera);
 
 }  // namespace burin

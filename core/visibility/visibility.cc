@@ -1,336 +1,217 @@
 #include "core/visibility/visibility.h"
 
-#include <embree3/rtcore.h>
-
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <limits>
+#include <numeric>
 
-#include "core/mesh/embree_mesh.h"
 #include "core/support/parallel.h"
 #include "core/visibility/facet_pencil.h"
+#include "core/visibility/facet_rays.h"
 
 namespace burin {
 namespace {
 
-constexpr int kPacket = 8;
 constexpr int kPointGrain = 4096;
 constexpr int kRowGrain = 16;
 constexpr int kFacetGrain = 512;
-// Occlusion rays start this share of their length away from their surface point, far below a
-// hundredth of a pixel: it spares most calls of the filter, which alone decides what the ray's
-// start may touch.
-constexpr float kRayStart = 1e-6F;
 
-// Carried by the occlusion rays of one target to the filter below.
-struct OcclusionContext {
-  RTCIntersectContext context;               // must come first
-  const Eigen::Vector3i* faces;              // the mesh's
-  const std::vector<uint8_t>* faces_target;  // per facet: its front side sees the target
+// What one view says about all pairs that it is in.
+struct ViewSight {
+  Camera camera;
+  cv::Mat mask;                 // empty = none
+  std::vector<uint8_t> facing;  // FacetRays::Facing its centre
+  cv::Mat1i facet_map;          // of the facets that face it; -1 elsewhere
 };
 
-// Without branches: whether two facets touch is as good as random.
-bool ShareVertex(const Eigen::Vector3i& a, const Eigen::Vector3i& b) {
-  int shared = 0;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) shared |= static_cast<int>(a[i] == b[j]);
+std::vector<ViewSight> LookFromViews(const FacetRays& rays, const std::vector<Camera>& cameras,
+                                     const std::vector<cv::Mat>& masks,
+                                     const std::vector<char>& used) {
+  std::vector<ViewSight> sights(cameras.size());
+  ParallelFor(static_cast<int>(cameras.size()), 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      sights[i].camera = cameras[i];
+      if (!masks.empty()) sights[i].mask = masks[i];
+      if (used[i] != 0) sights[i].facing = rays.Facing(cameras[i].Center());
+    }
+  });
+  for (size_t i = 0; i < cameras.size(); ++i) {
+    if (used[i] == 0) continue;
+    sights[i].facet_map = rays.FacetMap(cameras[i]);
+    ParallelFor(cameras[i].height, kRowGrain, [&](int begin, int end) {
+      cv::Mat1i rows = sights[i].facet_map.rowRange(begin, end);
+      for (int& facet : rows) {
+        if (facet >= 0 && sights[i].facing[facet] == 0) facet = -1;
+      }
+    });
   }
-  return shared != 0;
+  return sights;
 }
 
-// Rejects the hits that are no obstacles (see the header). A ray's id is the facet it starts on.
-void RejectOwnNeighbourhood(const RTCFilterFunctionNArguments* args) {
-  const auto* context = reinterpret_cast<const OcclusionContext*>(args->context);
-  for (unsigned int i = 0; i < args->N; ++i) {
-    if (args->valid[i] == 0) continue;
-    const unsigned int start = RTCRayN_id(args->ray, args->N, i);
-    const unsigned int hit = RTCHitN_primID(args->hit, args->N, i);
-    if (hit == start || ((*context->faces_target)[hit] != 0 &&
-                         ShareVertex(context->faces[hit], context->faces[start]))) {
-      args->valid[i] = 0;
+// Inverse depth along the ray of every pixel; 0 = no facet.
+cv::Mat1d InverseDepths(const TriangleMesh& mesh, const ViewRays& rays, const ViewDomain& domain) {
+  cv::Mat1d inverse_depth(domain.height, domain.width, 0.0);
+  ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) {
+      const InverseDepthPlane plane =
+          MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], rays).InverseDepth();
+      for (const ImagePixel pixel : domain.PixelsOf(k)) {
+        inverse_depth(pixel.row, pixel.column) = plane.At(pixel.x(), pixel.y());
+      }
     }
+  });
+  return inverse_depth;
+}
+
+// Surface points of a row that need a ray of their own.
+struct RayQueue {
+  std::vector<Eigen::Vector3d> points;
+  std::vector<int> facets;
+  std::vector<int> columns;
+  std::vector<uint8_t> visible;
+  void Clear() {
+    points.clear();
+    facets.clear();
+    columns.clear();
+  }
+  void Add(const Eigen::Vector3d& point, int facet, int column) {
+    points.push_back(point);
+    facets.push_back(facet);
+    columns.push_back(column);
+  }
+};
+
+// Omega_ij of one pair, row by row of view i.
+class PairRegion {
+ public:
+  PairRegion(const FacetRays& facet_rays, const ViewSight& first, const ViewRays& first_rays,
+             const cv::Mat1d& inverse_depth, const ViewSight& second, double border_px)
+      : facet_rays_(facet_rays),
+        first_(first),
+        rays_(first_rays),
+        inverse_depth_(inverse_depth),
+        second_(second),
+        second_center_(second.camera.Center()),
+        second_masked_(!second.mask.empty()),
+        border_px_(border_px) {
+    const Eigen::Matrix<double, 3, 4> projection = second.camera.ProjectionMatrix();
+    second_from_ray_ = projection.leftCols<3>();
+    epipole_ = second_from_ray_ * rays_.center + projection.col(3);
+  }
+
+  // Sets the row's pixels of Omega_ij; returns how many.
+  int64_t CastRow(int y, size_t partner, PartnerBits* bits, RayQueue* queue) const {
+    const int width = first_.camera.width;
+    const size_t row_start = static_cast<size_t>(y) * width;
+    const int* facet_row = first_.facet_map[y];
+    const double* inverse_row = inverse_depth_[y];
+    const Eigen::Vector3d row_ray = rays_.ray_from_pixel * Eigen::Vector3d(0.5, y + 0.5, 1);
+    const Eigen::Vector3d row_q = second_from_ray_ * row_ray;
+    const Eigen::Vector3d step_q = second_from_ray_ * rays_.ray_from_pixel.col(0);
+    const uint8_t* mask_row = first_.mask.empty() ? nullptr : first_.mask.ptr<uint8_t>(y);
+    int64_t count = 0;
+    queue->Clear();
+    for (int x = 0; x < width; ++x) {
+      const int facet = facet_row[x];
+      if (facet < 0 || second_.facing[facet] == 0) continue;
+      if (mask_row != nullptr && mask_row[x] == 0) continue;
+      // Homogeneous image point in j, times the inverse depth.
+      const Eigen::Vector3d q = row_q + static_cast<double>(x) * step_q + inverse_row[x] * epipole_;
+      if (!InSecondImage(q)) continue;
+      if (SeenAround(q.x() / q.z(), q.y() / q.z(), facet)) {
+        bits->Set(partner, row_start + x);
+        ++count;
+        continue;
+      }
+      const Eigen::Vector3d ray = row_ray + static_cast<double>(x) * rays_.ray_from_pixel.col(0);
+      queue->Add(rays_.center + ray / inverse_row[x], facet, x);
+    }
+    queue->visible.resize(queue->points.size());
+    facet_rays_.CastToCenter(second_center_, second_.facing, queue->points.data(),
+                             queue->facets.data(), static_cast<int>(queue->points.size()),
+                             queue->visible.data());
+    for (size_t k = 0; k < queue->columns.size(); ++k) {
+      if (queue->visible[k] == 0) continue;
+      bits->Set(partner, row_start + queue->columns[k]);
+      ++count;
+    }
+    return count;
+  }
+
+ private:
+  // `q`, a homogeneous image point of j, is far enough inside and not masked.
+  bool InSecondImage(const Eigen::Vector3d& q) const {
+    const int width = second_.camera.width;
+    const int height = second_.camera.height;
+    const double margin = border_px_ * q.z();
+    if (q.z() <= 0 || q.x() < margin || q.y() < margin || q.x() > width * q.z() - margin ||
+        q.y() > height * q.z() - margin) {
+      return false;
+    }
+    if (!second_masked_) return true;
+    const int column = std::clamp(static_cast<int>(q.x() / q.z()), 0, width - 1);
+    const int row = std::clamp(static_cast<int>(q.y() / q.z()), 0, height - 1);
+    return second_.mask.at<uint8_t>(row, column) != 0;
+  }
+
+  // The four pixels around image point (x, y) of j all see `facet` or facets that share a vertex with
+  // it: then nothing as large as a pixel is in front of it there.
+  bool SeenAround(double x, double y, int facet) const {
+    const cv::Mat1i& facet_map = second_.facet_map;
+    if (x < 0.5 || y < 0.5) return false;
+    const int column = static_cast<int>(x - 0.5);
+    const int row = static_cast<int>(y - 0.5);
+    if (column + 1 >= facet_map.cols || row + 1 >= facet_map.rows) return false;
+    const int* above = facet_map[row] + column;
+    const int* below = facet_map[row + 1] + column;
+    const std::vector<Eigen::Vector3i>& faces = facet_rays_.mesh().faces;
+    int neighbor = facet;  // the last one looked up
+    for (const int seen : {above[0], above[1], below[0], below[1]}) {
+      if (seen == facet || seen == neighbor) continue;
+      if (seen < 0 || !ShareVertex(faces[seen], faces[facet])) return false;
+      neighbor = seen;
+    }
+    return true;
+  }
+
+  const FacetRays& facet_rays_;
+  const ViewSight& first_;
+  const ViewRays& rays_;  // of the first
+  const cv::Mat1d& inverse_depth_;
+  const ViewSight& second_;
+  const Eigen::Vector3d second_center_;
+  const bool second_masked_;
+  const double border_px_;
+  Eigen::Matrix3d second_from_ray_;
+  Eigen::Vector3d epipole_;
+};
+
+// Omega_ij of view `first` and each of its seconds.
+void CastPartners(const FacetRays& facet_rays, const std::vector<ViewSight>& sights, int first,
+                  double border_px, const ViewDomain& domain, ViewPartners* partners) {
+  const ViewRays rays(sights[first].camera);
+  const cv::Mat1d inverse_depth = InverseDepths(facet_rays.mesh(), rays, domain);
+  partners->second_visible = PartnerBits(partners->seconds.size(), inverse_depth.total());
+  for (size_t b = 0; b < partners->seconds.size(); ++b) {
+    const PairRegion region(facet_rays, sights[first], rays, inverse_depth,
+                            sights[partners->seconds[b]], border_px);
+    std::vector<int64_t> row_count(domain.height, 0);
+    ParallelFor(domain.height, kRowGrain, [&](int begin, int end) {
+      RayQueue queue;
+      for (int y = begin; y < end; ++y) {
+        row_count[y] = region.CastRow(y, b, &partners->second_visible, &queue);
+      }
+    });
+    partners->pair_pixels.push_back(
+        std::accumulate(row_count.begin(), row_count.end(), int64_t{0}));
   }
 }
 
 }  // namespace
 
-struct RayCaster::Impl {
-  explicit Impl(const TriangleMesh& given)
-      : mesh(given), embree(given, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION) {}
-
-  TriangleMesh mesh;
-  EmbreeMesh embree;
-
-  std::vector<uint8_t> FacesTarget(const Eigen::Vector3d& center) const {
-    std::vector<uint8_t> result(mesh.faces.size());
-    for (size_t f = 0; f < mesh.faces.size(); ++f) {
-      result[f] =
-          FaceAreaNormal(mesh, static_cast<int>(f)).dot(center - mesh.vertices[mesh.faces[f][0]]) >
-          0;
-    }
-    return result;
-  }
-
-  // PointsVisible for a slice, with the facing table at hand.
-  void CastOcclusion(const Eigen::Vector3d& center, const std::vector<uint8_t>& faces_target,
-                     const Eigen::Vector3d* points, const int* facets, int count,
-                     uint8_t* visible) const;
-  void BuildPixelLists(const Camera& camera, const cv::Mat1i& facet_map, ViewDomain* domain) const;
-  // `facing` and `facet_maps` hold FacesTarget of every camera that appears in a pair, and which of
-  // those facets each of its pixels sees.
-  void CastPairs(const std::vector<Camera>& cameras, int view,
-                 const std::vector<std::vector<uint8_t>>& facing,
-                 const std::vector<cv::Mat1i>& facet_maps, const std::vector<cv::Mat>& masks,
-                 double border_px, const ViewDomain& domain, ViewPartners* partners) const;
-  // The four pixels around image point (x, y) all see `facet` or facets that share a vertex with it:
-  // then nothing as large as a pixel is in front of it there.
-  bool SeenAround(const cv::Mat1i& facet_map, double x, double y, int facet) const;
-};
-
-void RayCaster::Impl::CastOcclusion(const Eigen::Vector3d& center,
-                                    const std::vector<uint8_t>& faces_target,
-                                    const Eigen::Vector3d* points, const int* facets, int count,
-                                    uint8_t* visible) const {
-  OcclusionContext occlusion;
-  rtcInitIntersectContext(&occlusion.context);
-  occlusion.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  occlusion.context.filter = RejectOwnNeighbourhood;
-  occlusion.faces = mesh.faces.data();
-  occlusion.faces_target = &faces_target;
-  for (int base = 0; base < count; base += kPacket) {
-    alignas(32) int valid[kPacket];
-    RTCRay8 rays;
-    for (int lane = 0; lane < kPacket; ++lane) {
-      const int k = base + lane;
-      valid[lane] = k < count && faces_target[facets[std::min(k, count - 1)]] != 0 ? -1 : 0;
-      if (valid[lane] == 0) continue;
-      const Eigen::Vector3f from = (points[k] - embree.origin()).cast<float>();
-      const Eigen::Vector3f step = (center - points[k]).cast<float>();
-      rays.org_x[lane] = from.x();
-      rays.org_y[lane] = from.y();
-      rays.org_z[lane] = from.z();
-      rays.dir_x[lane] = step.x();
-      rays.dir_y[lane] = step.y();
-      rays.dir_z[lane] = step.z();
-      rays.tnear[lane] = kRayStart;
-      rays.tfar[lane] = 1.0F;
-      rays.time[lane] = 0.0F;
-      rays.mask[lane] = ~0U;
-      rays.id[lane] = static_cast<unsigned int>(facets[k]);
-      rays.flags[lane] = 0;
-    }
-    rtcOccluded8(valid, embree.scene(), &occlusion.context, &rays);
-    for (int lane = 0; lane < kPacket && base + lane < count; ++lane) {
-      visible[base + lane] = valid[lane] != 0 && rays.tfar[lane] >= 0 ? 1 : 0;
-    }
-  }
-}
-
-void RayCaster::Impl::BuildPixelLists(const Camera& camera, const cv::Mat1i& facet_map,
-                                      ViewDomain* domain) const {
-  const int width = camera.width;
-  const int height = camera.height;
-  std::vector<int> slot(mesh.faces.size(), -1);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      if (facet_map(y, x) >= 0) slot[facet_map(y, x)] = 0;
-    }
-  }
-  for (size_t f = 0; f < slot.size(); ++f) {
-    if (slot[f] < 0) continue;
-    slot[f] = static_cast<int>(domain->facet.size());
-    domain->facet.push_back(static_cast<int>(f));
-  }
-  std::vector<Eigen::Matrix3d> pencils(domain->facet.size());
-  const ViewRays rays(camera);
-  for (size_t k = 0; k < pencils.size(); ++k) {
-    pencils[k] = MakeFacetPencil(mesh.vertices, mesh.faces[domain->facet[k]], rays).coefficients;
-  }
-  // Counting sort of the pixels by facet corner keeps them in ascending order within each.
-  std::vector<uint32_t> corner_of(static_cast<size_t>(width) * height,
-                                  std::numeric_limits<uint32_t>::max());
-  domain->start.assign(3 * domain->facet.size() + 1, 0);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      if (facet_map(y, x) < 0) continue;
-      const int k = slot[facet_map(y, x)];
-      const Eigen::Vector3d u = pencils[k] * Eigen::Vector3d(x + 0.5, y + 0.5, 1);
-      const int corner = u[0] >= u[1] ? (u[0] >= u[2] ? 0 : 2) : (u[1] >= u[2] ? 1 : 2);
-      corner_of[static_cast<size_t>(y) * width + x] = static_cast<uint32_t>(3 * k + corner);
-      ++domain->start[3 * k + corner + 1];
-    }
-  }
-  for (size_t c = 1; c < domain->start.size(); ++c) domain->start[c] += domain->start[c - 1];
-  domain->pixel.resize(domain->start.back());
-  std::vector<uint32_t> next(domain->start.begin(), domain->start.end() - 1);
-  for (size_t p = 0; p < corner_of.size(); ++p) {
-    if (corner_of[p] == std::numeric_limits<uint32_t>::max()) continue;
-    domain->pixel[next[corner_of[p]]++] = static_cast<uint32_t>(p);
-  }
-}
-
-bool RayCaster::Impl::SeenAround(const cv::Mat1i& facet_map, double x, double y, int facet) const {
-  if (x < 0.5 || y < 0.5) return false;
-  const int column = static_cast<int>(x - 0.5);
-  const int row = static_cast<int>(y - 0.5);
-  if (column + 1 >= facet_map.cols || row + 1 >= facet_map.rows) return false;
-  const int* above = facet_map[row] + column;
-  const int* below = facet_map[row + 1] + column;
-  int neighbor = facet;  // the last one looked up
-  for (const int seen : {above[0], above[1], below[0], below[1]}) {
-    if (seen == facet || seen == neighbor) continue;
-    if (seen < 0 || !ShareVertex(mesh.faces[seen], mesh.faces[facet])) return false;
-    neighbor = seen;
-  }
-  return true;
-}
-
-void RayCaster::Impl::CastPairs(const std::vector<Camera>& cameras, int view,
-                                const std::vector<std::vector<uint8_t>>& facing,
-                                const std::vector<cv::Mat1i>& facet_maps,
-                                const std::vector<cv::Mat>& masks, double border_px,
-                                const ViewDomain& domain, ViewPartners* partners) const {
-  const cv::Mat1i& facet_map = facet_maps[view];
-  const cv::Mat mask = masks.empty() ? cv::Mat() : masks[view];
-  const Camera& reference = cameras[view];
-  const int width = reference.width;
-  const Eigen::Vector3d center_i = reference.Center();
-  // Inverse depth along the ray of every pixel, affine in the pixel for each facet; 0 = no facet.
-  cv::Mat1d inverse_depth(reference.height, width, 0.0);
-  const ViewRays rays(reference);
-  ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k) {
-      const Eigen::RowVector3d row =
-          MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], rays).InverseDepth();
-      for (uint32_t n = domain.start[3 * k]; n < domain.start[3 * k + 3]; ++n) {
-        const int x = static_cast<int>(domain.pixel[n]) % width;
-        const int y = static_cast<int>(domain.pixel[n]) / width;
-        inverse_depth(y, x) = row[0] * (x + 0.5) + row[1] * (y + 0.5) + row[2];
-      }
-    }
-  });
-  partners->second_visible.assign(
-      (partners->seconds.size() + 7) / 8,
-      std::vector<uint8_t>(static_cast<size_t>(width) * reference.height, 0));
-  for (size_t b = 0; b < partners->seconds.size(); ++b) {
-    const Camera& second = cameras[partners->seconds[b]];
-    const Eigen::Vector3d center_j = second.Center();
-    const std::vector<uint8_t>& faces_second = facing[partners->seconds[b]];
-    const cv::Mat1i& second_map = facet_maps[partners->seconds[b]];
-    const cv::Mat second_mask = masks.empty() ? cv::Mat() : masks[partners->seconds[b]];
-    const Eigen::Matrix<double, 3, 4> projection = second.ProjectionMatrix();
-    const Eigen::Vector3d step_q = projection.leftCols<3>() * rays.ray_from_pixel.col(0);
-    const Eigen::Vector3d epipole = projection.leftCols<3>() * center_i + projection.col(3);
-    std::vector<uint8_t>& plane = partners->second_visible[b / 8];
-    const auto bit = static_cast<uint8_t>(1U << (b % 8));
-    std::vector<int64_t> row_count(reference.height, 0);
-    ParallelFor(reference.height, kRowGrain, [&](int begin, int end) {
-      std::vector<Eigen::Vector3d> points;
-      std::vector<int> facets;
-      std::vector<int> columns;
-      std::vector<uint8_t> visible;
-      for (int y = begin; y < end; ++y) {
-        points.clear();
-        facets.clear();
-        columns.clear();
-        const int* facet_row = facet_map[y];
-        const double* inverse_row = inverse_depth[y];
-        const Eigen::Vector3d row_ray = rays.ray_from_pixel * Eigen::Vector3d(0.5, y + 0.5, 1);
-        const Eigen::Vector3d row_q = projection.leftCols<3>() * row_ray;
-        for (int x = 0; x < width; ++x) {
-          const int facet = facet_row[x];
-          if (facet < 0 || faces_second[facet] == 0) continue;
-          if (!mask.empty() && mask.at<uint8_t>(y, x) == 0) continue;
-          // Homogeneous image point in j, times the inverse depth.
-          const Eigen::Vector3d q =
-              row_q + static_cast<double>(x) * step_q + inverse_row[x] * epipole;
-          const double margin = border_px * q.z();
-          if (q.z() <= 0 || q.x() < margin || q.y() < margin ||
-              q.x() > second.width * q.z() - margin || q.y() > second.height * q.z() - margin) {
-            continue;
-          }
-          if (!second_mask.empty()) {
-            const int column = std::clamp(static_cast<int>(q.x() / q.z()), 0, second.width - 1);
-            const int row = std::clamp(static_cast<int>(q.y() / q.z()), 0, second.height - 1);
-            if (second_mask.at<uint8_t>(row, column) == 0) continue;
-          }
-          if (SeenAround(second_map, q.x() / q.z(), q.y() / q.z(), facet)) {
-            plane[static_cast<size_t>(y) * width + x] |= bit;
-            ++row_count[y];
-            continue;
-          }
-          const Eigen::Vector3d point =
-              center_i +
-              (row_ray + static_cast<double>(x) * rays.ray_from_pixel.col(0)) / inverse_row[x];
-          points.push_back(point);
-          facets.push_back(facet);
-          columns.push_back(x);
-        }
-        visible.resize(points.size());
-        CastOcclusion(center_j, faces_second, points.data(), facets.data(),
-                      static_cast<int>(points.size()), visible.data());
-        const size_t first = static_cast<size_t>(y) * width;
-        for (size_t k = 0; k < columns.size(); ++k) {
-          if (visible[k] == 0) continue;
-          plane[first + columns[k]] |= bit;
-          ++row_count[y];
-        }
-      }
-    });
-    int64_t total = 0;
-    for (int64_t count : row_count) total += count;
-    partners->pair_pixels.push_back(total);
-  }
-}
-
-RayCaster::RayCaster(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>(mesh)) {}
+RayCaster::RayCaster(const TriangleMesh& mesh) : rays_(std::make_unique<FacetRays>(mesh)) {}
 
 RayCaster::~RayCaster() = default;
 
-cv::Mat1i RayCaster::FacetMap(const Camera& camera) const {
-  cv::Mat1i facets(camera.height, camera.width, -1);
-  const Eigen::Vector3f center = (camera.Center() - impl_->embree.origin()).cast<float>();
-  const Eigen::Matrix3d ray_from_pixel = ViewRays(camera).ray_from_pixel;
-  ParallelFor(camera.height, kRowGrain, [&](int begin, int end) {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    for (int y = begin; y < end; ++y) {
-      const Eigen::Vector3d row_ray = ray_from_pixel * Eigen::Vector3d(0.5, y + 0.5, 1);
-      for (int base = 0; base < camera.width; base += kPacket) {
-        alignas(32) int valid[kPacket];
-        RTCRayHit8 rays;
-        for (int lane = 0; lane < kPacket; ++lane) {
-          valid[lane] = base + lane < camera.width ? -1 : 0;
-          const Eigen::Vector3f direction =
-              (row_ray + (base + lane) * ray_from_pixel.col(0)).cast<float>();
-          rays.ray.org_x[lane] = center.x();
-          rays.ray.org_y[lane] = center.y();
-          rays.ray.org_z[lane] = center.z();
-          rays.ray.dir_x[lane] = direction.x();
-          rays.ray.dir_y[lane] = direction.y();
-          rays.ray.dir_z[lane] = direction.z();
-          rays.ray.tnear[lane] = 0.0F;
-          rays.ray.tfar[lane] = std::numeric_limits<float>::infinity();
-          rays.ray.time[lane] = 0.0F;
-          rays.ray.mask[lane] = ~0U;
-          rays.ray.id[lane] = 0;
-          rays.ray.flags[lane] = 0;
-          rays.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
-          rays.hit.primID[lane] = RTC_INVALID_GEOMETRY_ID;
-        }
-        rtcIntersect8(valid, impl_->embree.scene(), &context, &rays);
-        for (int lane = 0; lane < kPacket && base + lane < camera.width; ++lane) {
-          if (rays.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
-          facets(y, base + lane) = static_cast<int>(rays.hit.primID[lane]);
-        }
-      }
-    }
-  });
-  return facets;
-}
+cv::Mat1i RayCaster::FacetMap(const Camera& camera) const { return rays_->FacetMap(camera); }
 
 std::vector<ViewDomain> RayCaster::Cast(const std::vector<Camera>& cameras,
                                         const std::vector<CameraPair>& pairs, double border_px,
@@ -340,42 +221,24 @@ std::vector<ViewDomain> RayCaster::Cast(const std::vector<Camera>& cameras,
   std::vector<ViewDomain> domains(cameras.size());
   std::vector<char> used(cameras.size(), 0);
   std::vector<char> reference(cameras.size(), 0);
-  for (const CameraPair& pair : pairs) {
-    domains[pair.reference].seconds.push_back(pair.second);
+  const auto take = [&](const CameraPair& pair, ViewPartners* partners) {
+    partners->seconds.push_back(pair.second);
     used[pair.reference] = used[pair.second] = reference[pair.reference] = 1;
-  }
+  };
+  for (const CameraPair& pair : pairs) take(pair, &domains[pair.reference]);
   if (others != nullptr) {
     others->assign(cameras.size(), ViewPartners());
-    for (const CameraPair& pair : other_pairs) {
-      (*others)[pair.reference].seconds.push_back(pair.second);
-      used[pair.reference] = used[pair.second] = reference[pair.reference] = 1;
-    }
+    for (const CameraPair& pair : other_pairs) take(pair, &(*others)[pair.reference]);
   }
-  std::vector<std::vector<uint8_t>> facing(cameras.size());
+
+  const std::vector<ViewSight> sights = LookFromViews(*rays_, cameras, masks, used);
   ParallelFor(static_cast<int>(cameras.size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
-      if (used[i] != 0) facing[i] = impl_->FacesTarget(cameras[i].Center());
-    }
-  });
-  std::vector<cv::Mat1i> facet_maps(cameras.size());
-  for (size_t i = 0; i < cameras.size(); ++i) {
-    domains[i].width = cameras[i].width;
-    domains[i].height = cameras[i].height;
-    if (used[i] == 0) continue;
-    facet_maps[i] = FacetMap(cameras[i]);
-    ParallelFor(cameras[i].height, kRowGrain, [&](int begin, int end) {
-      cv::Mat1i rows = facet_maps[i].rowRange(begin, end);
-      for (int& facet : rows) {
-        if (facet >= 0 && facing[i][facet] == 0) facet = -1;
-      }
-    });
-  }
-  ParallelFor(static_cast<int>(cameras.size()), 1, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) {
-      if (reference[i] == 0) {
-        domains[i].start.assign(1, 0);
-      } else {
-        impl_->BuildPixelLists(cameras[i], facet_maps[i], &domains[i]);
+      domains[i].width = cameras[i].width;
+      domains[i].height = cameras[i].height;
+      domains[i].start.assign(1, 0);
+      if (reference[i] != 0) {
+        domains[i].ListPixels(rays_->mesh(), cameras[i], sights[i].facet_map);
       }
     }
   });
@@ -384,8 +247,7 @@ std::vector<ViewDomain> RayCaster::Cast(const std::vector<Camera>& cameras,
     if (others != nullptr) sets.push_back(&(*others)[i]);
     for (ViewPartners* partners : sets) {
       if (partners->seconds.empty()) continue;
-      impl_->CastPairs(cameras, static_cast<int>(i), facing, facet_maps, masks, border_px,
-                       domains[i], partners);
+      CastPartners(*rays_, sights, static_cast<int>(i), border_px, domains[i], partners);
     }
   }
   return domains;
@@ -394,11 +256,11 @@ std::vector<ViewDomain> RayCaster::Cast(const std::vector<Camera>& cameras,
 void RayCaster::PointsVisible(const Eigen::Vector3d& center,
                               const std::vector<Eigen::Vector3d>& points,
                               const std::vector<int>& facets, std::vector<uint8_t>* visible) const {
-  const std::vector<uint8_t> faces_target = impl_->FacesTarget(center);
+  const std::vector<uint8_t> facing = rays_->Facing(center);
   visible->resize(points.size());
   ParallelFor(static_cast<int>(points.size()), kPointGrain, [&](int begin, int end) {
-    impl_->CastOcclusion(center, faces_target, points.data() + begin, facets.data() + begin,
-                         end - begin, visible->data() + begin);
+    rays_->CastToCenter(center, facing, points.data() + begin, facets.data() + begin, end - begin,
+                        visible->data() + begin);
   });
 }
 

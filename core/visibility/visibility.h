@@ -17,40 +17,11 @@
 #include "core/mesh/mesh.h"
 #include "core/scene/camera.h"
 #include "core/scene/pairs.h"
+#include "core/visibility/view_domain.h"
 
 namespace burin {
 
-// Bits per pixel, eight planes to a byte: bit b of bits[b / 8][p] is that of partner b at pixel p.
-using PartnerBits = std::vector<std::vector<uint8_t>>;
-
-// The regions Omega_ij of a reference view i.
-struct ViewPartners {
-  std::vector<int> seconds;          // views j, in the order of the bits below
-  PartnerBits second_visible;        // pixel p is in Omega_ij
-  std::vector<int64_t> pair_pixels;  // |Omega_ij| for each of `seconds`
-};
-
-// What view i sees, as lists of pixels per facet corner.
-//
-// A pixel belongs to the corner of its facet with the largest barycentric coordinate at its surface
-// point. Corner c of the k-th visible facet owns pixel[start[3k+c]] .. pixel[start[3k+c+1]-1],
-// row-major pixel indices in ascending order.
-struct ViewDomain : ViewPartners {
-  int width = 0;
-  int height = 0;
-  std::vector<int> facet;       // visible facets, ascending
-  std::vector<uint32_t> start;  // 3 * facet.size() + 1
-  std::vector<uint32_t> pixel;
-};
-
-// Of ViewDomain or ViewPartners, which must outlive the result.
-template <typename View>
-std::vector<const ViewPartners*> PartnersOf(const std::vector<View>& views) {
-  std::vector<const ViewPartners*> partners;
-  partners.reserve(views.size());
-  for (const View& view : views) partners.push_back(&view);
-  return partners;
-}
+class FacetRays;
 
 class RayCaster {
  public:
@@ -81,8 +52,7 @@ class RayCaster {
                      const std::vector<int>& facets, std::vector<uint8_t>* visible) const;
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::unique_ptr<FacetRays> rays_;
 };
 
 }  // namespace burin

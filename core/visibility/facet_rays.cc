@@ -1,0 +1,118 @@
+#include "core/visibility/facet_rays.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "core/support/parallel.h"
+#include "core/visibility/facet_pencil.h"
+
+namespace burin {
+namespace {
+
+constexpr int kPacket = 8;
+constexpr int kRowGrain = 16;
+// Occlusion rays start this share of their length away from their surface point, far below a
+// hundredth of a pixel: it spares most calls of the filter, which alone decides what the ray's
+// start may touch.
+constexpr float kRayStart = 1e-6F;
+
+// Carried by the occlusion rays to one center to the filter below.
+struct OcclusionContext {
+  RTCIntersectContext context;         // must come first
+  const Eigen::Vector3i* faces;        // the mesh's
+  const std::vector<uint8_t>* facing;  // the center
+};
+
+// Rejects the hits that are no obstacles. A ray's id is the facet it starts on.
+void RejectOwnNeighbourhood(const RTCFilterFunctionNArguments* args) {
+  const auto* context = reinterpret_cast<const OcclusionContext*>(args->context);
+  for (unsigned int i = 0; i < args->N; ++i) {
+    if (args->valid[i] == 0) continue;
+    const unsigned int start = RTCRayN_id(args->ray, args->N, i);
+    const unsigned int hit = RTCHitN_primID(args->hit, args->N, i);
+    if (hit == start ||
+        ((*context->facing)[hit] != 0 && ShareVertex(context->faces[hit], context->faces[start]))) {
+      args->valid[i] = 0;
+    }
+  }
+}
+
+}  // namespace
+
+FacetRays::FacetRays(const TriangleMesh& mesh)
+    : mesh_(mesh), embree_(mesh, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION) {}
+
+std::vector<uint8_t> FacetRays::Facing(const Eigen::Vector3d& center) const {
+  std::vector<uint8_t> facing(mesh_.faces.size());
+  for (size_t f = 0; f < mesh_.faces.size(); ++f) {
+    const Eigen::Vector3d to_center = center - mesh_.vertices[mesh_.faces[f][0]];
+    facing[f] = FaceAreaNormal(mesh_, static_cast<int>(f)).dot(to_center) > 0;
+  }
+  return facing;
+}
+
+cv::Mat1i FacetRays::FacetMap(const Camera& camera) const {
+  cv::Mat1i facets(camera.height, camera.width, -1);
+  const Eigen::Vector3f center = embree_.Local(camera.Center());
+  const Eigen::Matrix3d ray_from_pixel = ViewRays(camera).ray_from_pixel;
+  ParallelFor(camera.height, kRowGrain, [&](int begin, int end) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    for (int y = begin; y < end; ++y) {
+      const Eigen::Vector3d row_ray = ray_from_pixel * Eigen::Vector3d(0.5, y + 0.5, 1);
+      for (int base = 0; base < camera.width; base += kPacket) {
+        alignas(32) int valid[kPacket];
+        RTCRayHit8 rays;
+        for (int lane = 0; lane < kPacket; ++lane) {
+          valid[lane] = base + lane < camera.width ? -1 : 0;
+          EmbreeRay ray;
+          ray.from = center;
+          ray.direction = (row_ray + (base + lane) * ray_from_pixel.col(0)).cast<float>();
+          ray.Put(lane, &rays.ray);
+          rays.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
+          rays.hit.primID[lane] = RTC_INVALID_GEOMETRY_ID;
+        }
+        rtcIntersect8(valid, embree_.scene(), &context, &rays);
+        for (int lane = 0; lane < kPacket && base + lane < camera.width; ++lane) {
+          if (rays.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
+          facets(y, base + lane) = static_cast<int>(rays.hit.primID[lane]);
+        }
+      }
+    }
+  });
+  return facets;
+}
+
+void FacetRays::CastToCenter(const Eigen::Vector3d& center, const std::vector<uint8_t>& facing,
+                             const Eigen::Vector3d* points, const int* facets, int count,
+                             uint8_t* visible) const {
+  OcclusionContext occlusion;
+  rtcInitIntersectContext(&occlusion.context);
+  occlusion.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  occlusion.context.filter = RejectOwnNeighbourhood;
+  occlusion.faces = mesh_.faces.data();
+  occlusion.facing = &facing;
+  for (int base = 0; base < count; base += kPacket) {
+    alignas(32) int valid[kPacket];
+    RTCRay8 rays;
+    for (int lane = 0; lane < kPacket; ++lane) {
+      const int k = base + lane;
+      valid[lane] = k < count && facing[facets[std::min(k, count - 1)]] != 0 ? -1 : 0;
+      if (valid[lane] == 0) continue;
+      EmbreeRay ray;
+      ray.from = embree_.Local(points[k]);
+      ray.direction = (center - points[k]).cast<float>();
+      ray.near = kRayStart;
+      ray.far = 1;
+      ray.id = static_cast<unsigned int>(facets[k]);
+      ray.Put(lane, &rays);
+    }
+    rtcOccluded8(valid, embree_.scene(), &occlusion.context, &rays);
+    for (int lane = 0; lane < kPacket && base + lane < count; ++lane) {
+      visible[base + lane] = valid[lane] != 0 && rays.tfar[lane] >= 0 ? 1 : 0;
+    }
+  }
+}
+
+}  // namespace burin

@@ -1,0 +1,48 @@
+// Packets of rays against a mesh that answer with facets: which one a pixel sees, and whether one
+// hides a point of another. What an obstacle is stands in core/visibility/visibility.h.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "core/mesh/embree_mesh.h"
+#include "core/mesh/mesh.h"
+#include "core/scene/camera.h"
+
+namespace burin {
+
+// Without branches: whether two facets touch is as good as random.
+inline bool ShareVertex(const Eigen::Vector3i& a, const Eigen::Vector3i& b) {
+  int shared = 0;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) shared |= static_cast<int>(a[i] == b[j]);
+  }
+  return shared != 0;
+}
+
+class FacetRays {
+ public:
+  // Copies the mesh.
+  explicit FacetRays(const TriangleMesh& mesh);
+
+  const TriangleMesh& mesh() const { return mesh_; }
+  // Per facet: 1 where its front side faces `center`.
+  std::vector<uint8_t> Facing(const Eigen::Vector3d& center) const;
+
+  // Facet seen at each pixel centre, -1 for none.
+  cv::Mat1i FacetMap(const Camera& camera) const;
+
+  // visible[k] is 1 where facet facets[k] faces `center` and nothing lies between it and points[k],
+  // else 0. `facing` is Facing(center).
+  void CastToCenter(const Eigen::Vector3d& center, const std::vector<uint8_t>& facing,
+                    const Eigen::Vector3d* points, const int* facets, int count,
+                    uint8_t* visible) const;
+
+ private:
+  TriangleMesh mesh_;
+  EmbreeMesh embree_;
+};
+
+}  // namespace burin
