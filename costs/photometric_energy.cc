@@ -3,6 +3,7 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "core/solve/symmetric_matrix.h"
 #include "core/support/parallel.h"

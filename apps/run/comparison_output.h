@@ -1,7 +1,7 @@
 // The files of a comparison of strategies: compare.csv, compare.json and charts.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
