@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "core/evaluate/evaluation_report.h"
 #include "core/support/error.h"

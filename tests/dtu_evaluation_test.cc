@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "core/evaluate/evaluation_report.h"
 #include "core/mesh/point_thinning.h"

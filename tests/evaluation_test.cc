@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "core/evaluate/evaluation_report.h"
 #include "core/mesh/mesh_io.h"

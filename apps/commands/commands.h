@@ -1,51 +1,49 @@
-// The commands of burin. Each Add...Command() adds one subcommand to the program's CLI11 app, with
-// its options, help and a callback that does the work once the command line has been parsed.
+// The commands of burin. Each Add...Command() adds one command to the program, with its
+// options, help and a callback that does the work once the command line has been parsed.
 // Results go to standard output and files, errors are thrown (apps/commands/command_line.h turns them into a
 // line).
 #pragma once
 
 #include <string>
 
-namespace CLI {
-class App;
-}
-
 namespace burin {
+
+class Program;
 
 // burin synth --output DIR [--scene NAME] [--mesh scan.obj]: a scene with exact truth as a COLMAP
 // workspace, with init.ply, truth.ply, truth_points.ply and depth/ beside it.
-void AddSynthCommand(CLI::App* program);
+void AddSynthCommand(Program* program);
 
 // burin evaluate --mesh M.ply --truth T.ply: the scores of a mesh, as text or as JSON.
-void AddEvaluateCommand(CLI::App* program);
+void AddEvaluateCommand(Program* program);
 
 // burin picture SCENE_DIR --mesh M.ply --truth T.ply --output FILE: the mesh, shaded and in the
 // colours of its errors, from one view.
-void AddPictureCommand(CLI::App* program);
+void AddPictureCommand(Program* program);
 
 // burin refine SCENE_DIR --mesh M.ply --output DIR: refined.ply, summary.json and trace.csv.
-void AddRefineCommand(CLI::App* program);
+void AddRefineCommand(Program* program);
 
 // burin select SCENE_DIR --mesh M.ply --output DIR: camera pairs with the reasons for them, as
 // pairs.json, pair_terms.csv and pictures.
-void AddSelectCommand(CLI::App* program);
+void AddSelectCommand(Program* program);
 
 // burin demo [--output DIR]: makes the embedded scene, refines it, scores it against its truth and
 // draws before and after.
-void AddDemoCommand(CLI::App* program);
+void AddDemoCommand(Program* program);
 
 // burin compare-solvers SCENE_DIR --mesh M.ply [--truth T.ply] --output DIR: every strategy from the same
 // start; compare.csv, compare.json.
-void AddCompareCommand(CLI::App* program);
+void AddCompareCommand(Program* program);
 
 // burin convert SCENE OUTPUT: as a COLMAP workspace or NAME.mvs.
-void AddConvertCommand(CLI::App* program);
+void AddConvertCommand(Program* program);
 
 // burin solvers: the strategies by name, a line each.
-void AddSolversCommand(CLI::App* program);
+void AddSolversCommand(Program* program);
 
 // burin options [--markdown]: every option of every command, with default and permitted values.
-void AddOptionsCommand(CLI::App* program);
+void AddOptionsCommand(Program* program);
 
 // What `burin options --markdown` prints and docs/options.md holds.
 std::string OptionsDocument();

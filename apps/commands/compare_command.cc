@@ -1,13 +1,13 @@
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "apps/commands/command.h"
 #include "apps/commands/commands.h"
-#include "apps/commands/option_binding.h"
 #include "apps/run/comparison_output.h"
 #include "apps/run/memory_limit.h"
 #include "apps/run/output_folder.h"
@@ -114,24 +114,24 @@ void CompareCommand::Run() {
 
 }  // namespace
 
-void AddCompareCommand(CLI::App* program) {
-  CLI::App* app = program->add_subcommand(
-      "compare-solvers", "run every strategy from the same start, as table, CSV and JSON");
-  const auto command = std::make_shared<CompareCommand>();
-  command->pipeline.Describe(&command->set);
-  command->compare.Describe(&command->set);
-  BindScene(&command->source, app, /*photographs=*/true)[0]->required();
-  app->add_option("--mesh", command->mesh_path, "mesh to start from: PLY, OBJ or OFF")
-      ->option_text("FILE (required)")
-      ->required();
-  app->add_option("--truth", command->truth_path,
-                  "mesh, or PLY point cloud: also measure the error, as burin evaluate does")
-      ->option_text("FILE");
-  app->add_option("--output", command->output_path, "folder for compare.csv and compare.json")
-      ->option_text("DIR (required)")
-      ->required();
-  BindOptions(&command->set, app, {{"compare.solvers", "--solvers"}});
-  app->callback([command] { command->Run(); });
+void AddCompareCommand(Program* program) {
+  Command command = program->Add("compare-solvers",
+                                 "run every strategy from the same start, as table, CSV and JSON");
+  const auto state = std::make_shared<CompareCommand>();
+  state->pipeline.Describe(&state->set);
+  state->compare.Describe(&state->set);
+  command.Scene(&state->source, /*photographs=*/true)[0].Required();
+  command
+      .Text("--mesh", "FILE (required)", &state->mesh_path, "mesh to start from: PLY, OBJ or OFF")
+      .Required();
+  command.Text("--truth", "FILE", &state->truth_path,
+               "mesh, or PLY point cloud: also measure the error, as burin evaluate does");
+  command
+      .Text("--output", "DIR (required)", &state->output_path,
+            "folder for compare.csv and compare.json")
+      .Required();
+  command.Options(&state->set, {{"compare.solvers", "--solvers"}});
+  command.OnRun([state] { state->Run(); });
 }
 
 }  // namespace burin

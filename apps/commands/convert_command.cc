@@ -1,5 +1,4 @@
 // burin convert SCENE OUT: any scene that burin reads as one that other programs read.
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -7,8 +6,8 @@
 #include <system_error>
 #include <vector>
 
+#include "apps/commands/command.h"
 #include "apps/commands/commands.h"
-#include "apps/commands/option_binding.h"
 #include "apps/run/scene_arguments.h"
 #include "core/image/gray_image.h"
 #include "core/mesh/mesh_io.h"
@@ -106,23 +105,21 @@ void ConvertCommand::Run() const {
 
 }  // namespace
 
-void AddConvertCommand(CLI::App* program) {
-  CLI::App* app = program->add_subcommand(
+void AddConvertCommand(Program* program) {
+  Command command = program->Add(
       "convert", "write a scene as a COLMAP workspace or for OpenMVS, photographs undistorted");
-  const auto command = std::make_shared<ConvertCommand>();
-  BindScene(&command->source, app, /*photographs=*/true)[0]->required();
-  app->add_option(
-         "output", command->output,
-         "folder, for a COLMAP workspace, or NAME.mvs, for OpenMVS; photographs go to images/ "
-         "in the folder, masks to masks/")
-      ->option_text("OUTPUT (required)")
-      ->required();
-  app->add_option("--mesh", command->mesh,
-                  "also write this mesh: mesh.ply in the folder, or NAME_mesh.ply")
-      ->option_text("FILE");
-  app->add_flag("--overwrite", command->overwrite, "replace files that exist");
-  app->add_flag("--text", command->text_model, "write the COLMAP model as text, not binary");
-  app->callback([command] { command->Run(); });
+  const auto state = std::make_shared<ConvertCommand>();
+  command.Scene(&state->source, /*photographs=*/true)[0].Required();
+  command
+      .Text("output", "OUTPUT (required)", &state->output,
+            "folder, for a COLMAP workspace, or NAME.mvs, for OpenMVS; photographs go to images/ "
+            "in the folder, masks to masks/")
+      .Required();
+  command.Text("--mesh", "FILE", &state->mesh,
+               "also write this mesh: mesh.ply in the folder, or NAME_mesh.ply");
+  command.Flag("--overwrite", &state->overwrite, "replace files that exist");
+  command.Flag("--text", &state->text_model, "write the COLMAP model as text, not binary");
+  command.OnRun([state] { state->Run(); });
 }
 
 }  // namespace burin

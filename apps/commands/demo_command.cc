@@ -1,14 +1,14 @@
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <system_error>
 #include <vector>
 
+#include "apps/commands/command.h"
 #include "apps/commands/commands.h"
-#include "apps/commands/option_binding.h"
 #include "apps/run/pipeline.h"
 #include "apps/run/progress.h"
 #include "apps/run/run_output.h"
@@ -155,15 +155,14 @@ void DemoCommand::Run() {
 
 }  // namespace
 
-void AddDemoCommand(CLI::App* program) {
-  CLI::App* app =
-      program->add_subcommand("demo", "make the embedded scene, refine it, score it, draw it");
-  const auto command = std::make_shared<DemoCommand>();
-  command->scene_options.Describe(&command->set);
-  command->options.Describe(&command->set);
-  app->add_option("--output", command->output, "folder to write")->option_text("DIR [demo]");
-  BindOptions(&command->set, app);
-  app->callback([command] { command->Run(); });
+void AddDemoCommand(Program* program) {
+  Command command = program->Add("demo", "make the embedded scene, refine it, score it, draw it");
+  const auto state = std::make_shared<DemoCommand>();
+  state->scene_options.Describe(&state->set);
+  state->options.Describe(&state->set);
+  command.Text("--output", "DIR [demo]", &state->output, "folder to write");
+  command.Options(&state->set);
+  command.OnRun([state] { state->Run(); });
 }
 
 }  // namespace burin

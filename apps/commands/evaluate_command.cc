@@ -1,12 +1,12 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "apps/commands/command.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/evaluate_options.h"
-#include "apps/commands/option_binding.h"
 #include "core/evaluate/evaluation_report.h"
 #include "core/mesh/mesh_io.h"
 #include "core/scene/formats/scene_loader.h"
@@ -101,36 +101,33 @@ struct EvaluateCommand {
 
 }  // namespace
 
-void AddEvaluateCommand(CLI::App* program) {
-  CLI::App* app = program->add_subcommand("evaluate", "score a mesh against ground truth");
-  const auto command = std::make_shared<EvaluateCommand>();
-  command->options.Describe(&command->set);
-  app->add_option("--mesh", command->mesh, "PLY, OBJ or OFF")
-      ->option_text("FILE (required)")
-      ->required();
-  app->add_option("--truth", command->truth, "mesh, or PLY point cloud, best with normals")
-      ->option_text("FILE (required)")
-      ->required();
-  app->add_option("--scene", command->scene,
-                  "scene, as burin refine reads it, in the truth's frame: for --strecha.run; with "
-                  "--depth and a "
-                  "cloud, completeness also near occlusion boundaries and in the rest")
-      ->option_text("SCENE");
-  app->add_option("--images", command->images,
-                  "folder of the scene's photographs, where it is not its own")
-      ->option_text("DIR");
-  app->add_option(
-         "--depth", command->depth,
-         "true depth map of each view NAME.jpg: NAME.tiff (float) or NAME_depth.png (16 bit)")
-      ->option_text("DIR");
-  app->add_option("--depth_unit", command->depth_unit, "world units of 1 in a PNG depth map")
-      ->check(CLI::PositiveNumber);
-  app->add_option("--boundary_px", command->silhouette.radius_px,
-                  "distance from a depth step that counts as near, pixels (default 4)")
-      ->check(CLI::PositiveNumber);
-  app->add_flag("--json", command->json, "print JSON");
-  BindOptions(&command->set, app, {}, [command] { command->options.scores.Thresholds(); });
-  app->callback([command] { command->Run(); });
+void AddEvaluateCommand(Program* program) {
+  Command command = program->Add("evaluate", "score a mesh against ground truth");
+  const auto state = std::make_shared<EvaluateCommand>();
+  state->options.Describe(&state->set);
+  command.Text("--mesh", "FILE (required)", &state->mesh, "PLY, OBJ or OFF").Required();
+  command
+      .Text("--truth", "FILE (required)", &state->truth,
+            "mesh, or PLY point cloud, best with normals")
+      .Required();
+  command.Text("--scene", "SCENE", &state->scene,
+               "scene, as burin refine reads it, in the truth's frame: for --strecha.run; with "
+               "--depth and a "
+               "cloud, completeness also near occlusion boundaries and in the rest");
+  command.Text("--images", "DIR", &state->images,
+               "folder of the scene's photographs, where it is not its own");
+  command.Text(
+      "--depth", "DIR", &state->depth,
+      "true depth map of each view NAME.jpg: NAME.tiff (float) or NAME_depth.png (16 bit)");
+  command.Number("--depth_unit", &state->depth_unit, "world units of 1 in a PNG depth map")
+      .Positive();
+  command
+      .Number("--boundary_px", &state->silhouette.radius_px,
+              "distance from a depth step that counts as near, pixels (default 4)")
+      .Positive();
+  command.Flag("--json", &state->json, "print JSON");
+  command.Options(&state->set, {}, [state] { state->options.scores.Thresholds(); });
+  command.OnRun([state] { state->Run(); });
 }
 
 }  // namespace burin

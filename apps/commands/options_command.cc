@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <functional>
 #include <iostream>
@@ -6,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/commands/command.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/evaluate_options.h"
 #include "apps/commands/option_binding.h"
@@ -63,21 +63,19 @@ std::string Roff(const std::string& text) {
   return escaped;
 }
 
-// The commands and their arguments are CLI11's, the options those of the structs.
-void PrintManual(const CLI::App& program) {
-  std::cout << ".TH BURIN 1 \"\" \"burin " << program.version() << "\" \"User Commands\"\n"
-            << ".SH NAME\nburin \\- " << Roff(program.get_description())
+// The commands and their arguments are as the program parses them, the options those of the structs.
+void PrintManual(const Program& program) {
+  std::cout << ".TH BURIN 1 \"\" \"burin " << program.Version() << "\" \"User Commands\"\n"
+            << ".SH NAME\nburin \\- " << Roff(program.Help())
             << "\n.SH SYNOPSIS\n.B burin\n.I COMMAND\n[arguments] [\\-\\-OPTION VALUE ...]\n"
             << ".SH COMMANDS\n";
-  for (const CLI::App* command : program.get_subcommands(nullptr)) {
-    std::cout << ".TP\n.B " << Roff(command->get_name()) << "\n"
-              << Roff(command->get_description()) << "\n";
-    for (const CLI::Option* option : command->get_options()) {
+  for (const CommandHelp& help : program.Commands()) {
+    std::cout << ".TP\n.B " << Roff(help.command.name) << "\n" << Roff(help.command.help) << "\n";
+    for (const CommandHelp::Line& argument : help.arguments) {
       // Options of the structs have a dot in their names; they follow below.
-      if (option->get_name().find('.') != std::string::npos) continue;
-      if (option->get_name() == "--help") continue;
-      std::cout << ".br\n"
-                << Roff(option->get_name()) << ": " << Roff(option->get_description()) << "\n";
+      if (argument.name.find('.') != std::string::npos) continue;
+      if (argument.name == "--help") continue;
+      std::cout << ".br\n" << Roff(argument.name) << ": " << Roff(argument.help) << "\n";
     }
   }
   ForEachCommand([](const std::string& command, const OptionSet& set) {
@@ -107,13 +105,13 @@ std::string OptionsDocument() {
   return text;
 }
 
-void AddOptionsCommand(CLI::App* program) {
-  CLI::App* app = program->add_subcommand("options", "list the options of all commands");
+void AddOptionsCommand(Program* program) {
+  Command command = program->Add("options", "list the options of all commands");
   const auto markdown = std::make_shared<bool>(false);
-  app->add_flag("--markdown", *markdown, "as the page docs/options.md");
+  command.Flag("--markdown", markdown.get(), "as the page docs/options.md");
   const auto manual = std::make_shared<bool>(false);
-  app->add_flag("--man", *manual, "as the manual page burin(1)");
-  app->callback([markdown, manual, program] {
+  command.Flag("--man", manual.get(), "as the manual page burin(1)");
+  command.OnRun([markdown, manual, program] {
     if (*markdown) {
       std::cout << OptionsDocument();
     } else if (*manual) {

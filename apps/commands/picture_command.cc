@@ -1,11 +1,10 @@
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "apps/commands/command.h"
 #include "apps/commands/commands.h"
-#include "apps/commands/option_binding.h"
 #include "apps/run/run_output.h"
 #include "apps/run/scene_arguments.h"
 #include "core/evaluate/evaluation.h"
@@ -62,27 +61,25 @@ void PictureCommand::Run() const {
 
 }  // namespace
 
-void AddPictureCommand(CLI::App* program) {
-  CLI::App* app = program->add_subcommand(
+void AddPictureCommand(Program* program) {
+  Command command = program->Add(
       "picture", "draw a mesh and its errors, as evaluate measures them, from a view of the scene");
-  const auto command = std::make_shared<PictureCommand>();
-  command->options.Describe(&command->set);
-  BindScene(&command->source, app, /*photographs=*/false)[0]->required();
-  app->add_option("--mesh", command->mesh, "PLY, OBJ or OFF")
-      ->option_text("FILE (required)")
-      ->required();
-  app->add_option("--truth", command->truth, "mesh, or PLY point cloud, best with normals")
-      ->option_text("FILE (required)")
-      ->required();
-  app->add_option("--output", command->output,
-                  "picture to write, .png or .jpg: left shaded, right the signed errors of the "
-                  "vertices in unit, colours up to the largest tau")
-      ->option_text("FILE (required)")
-      ->required();
-  app->add_option("--view", command->view, "view to draw from (default: the middle one)")
-      ->option_text("NAME");
-  BindOptions(&command->set, app, {}, [command] { command->options.Thresholds(); });
-  app->callback([command] { command->Run(); });
+  const auto state = std::make_shared<PictureCommand>();
+  state->options.Describe(&state->set);
+  command.Scene(&state->source, /*photographs=*/false)[0].Required();
+  command.Text("--mesh", "FILE (required)", &state->mesh, "PLY, OBJ or OFF").Required();
+  command
+      .Text("--truth", "FILE (required)", &state->truth,
+            "mesh, or PLY point cloud, best with normals")
+      .Required();
+  command
+      .Text("--output", "FILE (required)", &state->output,
+            "picture to write, .png or .jpg: left shaded, right the signed errors of the "
+            "vertices in unit, colours up to the largest tau")
+      .Required();
+  command.Text("--view", "NAME", &state->view, "view to draw from (default: the middle one)");
+  command.Options(&state->set, {}, [state] { state->options.Thresholds(); });
+  command.OnRun([state] { state->Run(); });
 }
 
 }  // namespace burin

@@ -1,16 +1,16 @@
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
 #include <string>
 #include <system_error>
 #include <vector>
 
+#include "apps/commands/command.h"
 #include "apps/commands/commands.h"
-#include "apps/commands/option_binding.h"
 #include "apps/run/checkpoint.h"
 #include "apps/run/debug_images.h"
 #include "apps/run/output_folder.h"
@@ -279,61 +279,55 @@ void RefineCommand::Run() {
 
 }  // namespace
 
-void AddRefineCommand(CLI::App* program) {
-  CLI::App* app = program->add_subcommand("refine", "refine a mesh against its photographs");
-  const auto command = std::make_shared<RefineCommand>();
-  command->options.Describe(&command->set);
-  const std::vector<CLI::Option*> sources = BindScene(&command->source, app, /*photographs=*/true);
-  CLI::Option* mesh = app->add_option("--mesh", command->mesh_path,
-                                      "mesh to start from: PLY, OBJ or OFF; for NAME.mvs by "
-                                      "itself NAME_mesh.ply")
-                          ->option_text("FILE (required)");
-  CLI::Option* output = app->add_option("--output", command->output_path,
-                                        "folder for refined.ply, summary.json and trace.csv")
-                            ->option_text("DIR (required)");
-  CLI::Option* pictures =
-      app->add_flag("--pictures", command->pictures,
-                    "also write before_after.png: the middle view and both meshes seen from it");
-  CLI::Option* level_meshes =
-      app->add_flag("--level-meshes", command->level_meshes,
-                    "also write level_N.ply, the mesh at the end of pyramid level N");
-  CLI::Option* debug_images =
-      app->add_flag("--debug.images", command->debug_images,
-                    "also write debug/: per level and view, the taps its windows keep and its "
-                    "first pair's errors with and without masks");
-  CLI::Option* resume =
-      app->add_option("--resume", command->resume_path,
-                      "instead of all that: go on with the interrupted run in this folder, to the "
-                      "same mesh; --run.threads may be given")
-          ->option_text("DIR")
-          ->excludes(mesh)
-          ->excludes(output)
-          ->excludes(pictures)
-          ->excludes(level_meshes)
-          ->excludes(debug_images);
-  for (CLI::Option* source : sources) resume->excludes(source);
-  BindOptions(&command->set, app, {}, [command] { command->options.Check(); });
-  app->callback(
-      [app, command, required = std::vector<CLI::Option*>{sources[0], mesh, output}, mesh, resume] {
-        if (!resume->empty() && command->resume_path.empty()) {
-          throw InputError("--resume: must name a folder");
-        }
-        if (!mesh->empty() && command->mesh_path.empty()) {
-          throw InputError("--mesh: must name a file");
-        }
-        for (const CLI::Option* option : app->get_options()) {
-          const std::string name = option->get_name();
-          const bool of_run = name == "--config" || command->set.Find(name.substr(2)) != nullptr;
-          if (option->count() > 0 && of_run) command->given.push_back(name);
-        }
-        if (mesh->empty()) command->mesh_path = MeshBeside(command->source.scene).string();
-        for (const CLI::Option* input : required) {
-          const bool found = input == mesh && !command->mesh_path.empty();
-          if (resume->empty() && input->empty() && !found)
-            throw CLI::RequiredError(input->get_name());
-        }
-        command->Run();
-      });
+void AddRefineCommand(Program* program) {
+  Command command = program->Add("refine", "refine a mesh against its photographs");
+  const auto state = std::make_shared<RefineCommand>();
+  state->options.Describe(&state->set);
+  const std::vector<Argument> sources = command.Scene(&state->source, /*photographs=*/true);
+  const Argument mesh = command.Text("--mesh", "FILE (required)", &state->mesh_path,
+                                     "mesh to start from: PLY, OBJ or OFF; for NAME.mvs by "
+                                     "itself NAME_mesh.ply");
+  const Argument output = command.Text("--output", "DIR (required)", &state->output_path,
+                                       "folder for refined.ply, summary.json and trace.csv");
+  const Argument pictures =
+      command.Flag("--pictures", &state->pictures,
+                   "also write before_after.png: the middle view and both meshes seen from it");
+  const Argument level_meshes =
+      command.Flag("--level-meshes", &state->level_meshes,
+                   "also write level_N.ply, the mesh at the end of pyramid level N");
+  const Argument debug_images =
+      command.Flag("--debug.images", &state->debug_images,
+                   "also write debug/: per level and view, the taps its windows keep and its "
+                   "first pair's errors with and without masks");
+  Argument resume =
+      command.Text("--resume", "DIR", &state->resume_path,
+                   "instead of all that: go on with the interrupted run in this folder, to the "
+                   "same mesh; --run.threads may be given");
+  for (const Argument& other : {mesh, output, pictures, level_meshes, debug_images}) {
+    resume.Excludes(other);
+  }
+  for (const Argument& source : sources) resume.Excludes(source);
+  command.Options(&state->set, {}, [state] { state->options.Check(); });
+  command.OnRun([command, state, scene = sources[0], mesh, output, resume] {
+    if (resume.Given() && state->resume_path.empty()) {
+      throw InputError("--resume: must name a folder");
+    }
+    if (mesh.Given() && state->mesh_path.empty()) {
+      throw InputError("--mesh: must name a file");
+    }
+    for (const std::string& name : command.Given()) {
+      if (name == "--config" || state->set.Find(name.substr(2)) != nullptr) {
+        state->given.push_back(name);
+      }
+    }
+    if (!mesh.Given()) state->mesh_path = MeshBeside(state->source.scene).string();
+    if (!resume.Given()) {
+      if (!scene.Given()) scene.ThrowMissing();
+      if (state->mesh_path.empty()) mesh.ThrowMissing();
+      if (!output.Given()) output.ThrowMissing();
+    }
+    state->Run();
+  });
 }
 
 }  // namespace burin

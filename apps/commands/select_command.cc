@@ -1,15 +1,15 @@
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <iomanip>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "apps/commands/command.h"
 #include "apps/commands/commands.h"
-#include "apps/commands/option_binding.h"
 #include "apps/commands/pair_pictures.h"
 #include "apps/run/output_folder.h"
 #include "apps/run/run_output.h"
@@ -99,22 +99,21 @@ void SelectCommand::Run() {
 
 }  // namespace
 
-void AddSelectCommand(CLI::App* program) {
-  CLI::App* app =
-      program->add_subcommand("select", "choose camera pairs from the mesh and show why");
-  const auto command = std::make_shared<SelectCommand>();
-  command->options.Describe(&command->set);
-  BindScene(&command->source, app, /*photographs=*/false)[0]->required();
-  app->add_option("--mesh", command->mesh_path, "mesh to start from: PLY, OBJ or OFF")
-      ->option_text("FILE (required)")
-      ->required();
-  app->add_option("--output", command->output_path,
-                  "folder for pairs.json, pair_terms.csv and pictures")
-      ->option_text("DIR (required)")
-      ->required();
-  app->add_flag("--no-pictures", command->no_pictures, "leave the pictures out");
-  BindOptions(&command->set, app);
-  app->callback([command] { command->Run(); });
+void AddSelectCommand(Program* program) {
+  Command command = program->Add("select", "choose camera pairs from the mesh and show why");
+  const auto state = std::make_shared<SelectCommand>();
+  state->options.Describe(&state->set);
+  command.Scene(&state->source, /*photographs=*/false)[0].Required();
+  command
+      .Text("--mesh", "FILE (required)", &state->mesh_path, "mesh to start from: PLY, OBJ or OFF")
+      .Required();
+  command
+      .Text("--output", "DIR (required)", &state->output_path,
+            "folder for pairs.json, pair_terms.csv and pictures")
+      .Required();
+  command.Flag("--no-pictures", &state->no_pictures, "leave the pictures out");
+  command.Options(&state->set);
+  command.OnRun([state] { state->Run(); });
 }
 
 }  // namespace burin

@@ -1,16 +1,16 @@
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
 #include <string>
 
+#include "apps/commands/command.h"
 #include "apps/commands/commands.h"
 #include "core/solve/solver_strategy.h"
 
 namespace burin {
 
-void AddSolversCommand(CLI::App* program) {
-  CLI::App* app = program->add_subcommand("solvers", "list what --solver.type can be");
-  app->callback([] {
+void AddSolversCommand(Program* program) {
+  Command command = program->Add("solvers", "list what --solver.type can be");
+  command.OnRun([] {
     size_t width = 0;
     for (const Strategy& strategy : Strategies()) width = std::max(width, strategy.name.size());
     for (const Strategy& strategy : Strategies()) {

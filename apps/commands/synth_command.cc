@@ -1,11 +1,10 @@
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <string>
 
+#include "apps/commands/command.h"
 #include "apps/commands/commands.h"
-#include "apps/commands/option_binding.h"
 #include "apps/run/output_folder.h"
 #include "core/mesh/mesh_io.h"
 #include "core/scene/formats/colmap.h"
@@ -58,18 +57,17 @@ void SynthCommand::Run() {
 
 }  // namespace
 
-void AddSynthCommand(CLI::App* program) {
-  CLI::App* app = program->add_subcommand("synth", "make a scene with exact truth");
-  const auto command = std::make_shared<SynthCommand>();
-  command->options.Describe(&command->set);
-  app->add_option("--output", command->output, "folder to write, a COLMAP workspace")
-      ->option_text("DIR (required)")
-      ->required();
-  app->add_flag("--text", command->text_model, "write the COLMAP model as text, not binary");
-  BindOptions(&command->set, app, {{"synth.scene", "--scene"}, {"synth.mesh_path", "--mesh"}});
-  app->callback([command, app] {
-    command->scene_given = app->count("--scene") > 0;
-    command->Run();
+void AddSynthCommand(Program* program) {
+  Command command = program->Add("synth", "make a scene with exact truth");
+  const auto state = std::make_shared<SynthCommand>();
+  state->options.Describe(&state->set);
+  command.Text("--output", "DIR (required)", &state->output, "folder to write, a COLMAP workspace")
+      .Required();
+  command.Flag("--text", &state->text_model, "write the COLMAP model as text, not binary");
+  command.Options(&state->set, {{"synth.scene", "--scene"}, {"synth.mesh_path", "--mesh"}});
+  command.OnRun([state, command] {
+    state->scene_given = command.Given("--scene");
+    state->Run();
   });
 }
 

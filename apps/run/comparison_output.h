@@ -2,7 +2,7 @@
 // first, so it holds all that a chart says.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "apps/run/solver_comparison.h"

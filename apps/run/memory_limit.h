@@ -1,7 +1,7 @@
 // Refuses a run that would not fit in memory before it begins (option memory.limit_gb).
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <stdexcept>
 #include <string>
 

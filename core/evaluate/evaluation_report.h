@@ -1,7 +1,7 @@
 // Evaluations as tables for people and as JSON for programs, with a section for each protocol.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "core/evaluate/depth_evaluation.h"
