@@ -29,15 +29,17 @@ enum KernelField {
   kSumWW,
   kSumIW,
   // Horizontal sums over windows of what dE/dW needs.
-  kSumA,  // A = omega / (s_a s_b)
-  kSumB,  // B = omega z / s_b^2
-  kSumE,  // A mean_I - B mean_W
-  kSumC,  // omega / s_b^2
-  // The same four, already added up per tap, of the windows that have a mask.
+  kSumA,      // A = omega / (s_a s_b)
+  kSumB,      // B = omega z / s_b^2
+  kSumE,      // A mean_I - B mean_W
+  kSumC,      // omega / s_b^2
+  kSumShare,  // omega (1 - z) / n: a tap's share of the window's cost
+  // The same five, already added up per tap, of the windows that have a mask.
   kDirectA,
   kDirectB,
   kDirectE,
   kDirectC,
+  kDirectShare,
   kKernelFieldCount
 };
 
@@ -47,7 +49,9 @@ struct KernelRows {
   // and a vector more. Zero.
   static constexpr int kPad = 32;
   static constexpr int kScratchRows = 8;
-  static constexpr int kSums = 10;  // fields from kSumMask to kSumC
+  static constexpr int kSums = 11;  // fields from kSumMask to kSumShare
+  static constexpr int kTapFields =
+      5;  // from kSumA to kSumShare, and from kDirectA to kDirectShare
 
   // Sizes the rows for a tile and clears them.
   void Begin(const Tile& tile, int window_radius) {
@@ -71,7 +75,7 @@ struct KernelRows {
   // Element 0 of row y of a field; the last `ring` rows are held.
   T* Row(int field, int y) { return Line(static_cast<size_t>(field) * ring + Slot(y)); }
   T* Scratch(int k) { return Line(static_cast<size_t>(kKernelFieldCount) * ring + k); }
-  // Sum of the held rows of a field from kSumMask to kSumC (windows of other radii than 2).
+  // Sum of the held rows of a field from kSumMask to kSumShare (windows of other radii than 2).
   double* Running(int field) { return running.data() + (field - kSumMask) * stride; }
   char& Used(int y) { return used[Slot(y)]; }
   char& Direct(int y) { return direct[Slot(y)]; }
@@ -83,10 +87,10 @@ struct KernelRows {
   int ring = 0;
   std::vector<double> running;
   // Masked windows of the row in work: column, entry of WindowMasks, sums over taps about the
-  // centre's values (n, I, W, II, WW, IW; then omega, cost, a, b, e, c), and those values.
+  // centre's values (n, I, W, II, WW, IW; then omega, cost, a, b, e, c, share), and those values.
   std::vector<int> masked_column;
   std::vector<size_t> masked_entry;
-  std::vector<T> masked_sums[6];
+  std::vector<T> masked_sums[7];
   std::vector<T> masked_centre[2];
 
  private:

@@ -57,7 +57,7 @@ HWY_ATTR int64_t AddTileRows(const PairInput<T>& input, const Tile& tile, Kernel
         counted += AddCosts(input, tile, scored, rows, fields);
       }
     } else {
-      for (int k = 0; k < 6; ++k) {
+      for (int k = 0; k < 7; ++k) {
         std::fill(rows->Scratch(k), rows->Scratch(k) + rows->columns, T(0));
       }
     }
@@ -98,12 +98,13 @@ void PixelFields<T>::Resize(size_t size, bool derivatives, bool weights) {
   cost.resize(size);
   slope.resize(derivatives ? size : 0);
   curvature.resize(derivatives ? size : 0);
+  share.resize(derivatives ? size : 0);
   weight.resize(weights ? size : 0);
 }
 
 template <typename T>
 void PixelFields<T>::Clear(size_t begin, size_t end) {
-  for (std::vector<T>* field : {&cost, &slope, &curvature, &weight}) {
+  for (std::vector<T>* field : {&cost, &slope, &curvature, &share, &weight}) {
     if (field->empty()) continue;
     std::fill(field->begin() + static_cast<long>(begin), field->begin() + static_cast<long>(end),
               T(0));

@@ -15,6 +15,7 @@
 // pixel of the reference image, these fields are added up here:
 //
 //   cost(y)      += omega_y (1 - z_y)
+//   share(y)     += sum_{p : y in M_p} omega_p (1 - z_p) / |M_p|
 //   slope(y)     += dE/dW(y) D(y) = dE/ds(y)
 //   curvature(y) += w(y) D(y)^2.
 //
@@ -64,7 +65,9 @@ struct PixelFields {
   std::vector<T> cost;       // omega (1 - z) of the window centred here
   std::vector<T> slope;      // dE/ds
   std::vector<T> curvature;  // w D^2
-  std::vector<T> weight;     // omega of the windows centred here; left out where it is empty
+  std::vector<T>
+      share;  // of the cost of all windows that have this pixel as a tap: cost / n of each
+  std::vector<T> weight;  // omega of the windows centred here; left out where it is empty
   void Resize(size_t size, bool derivatives, bool weights);  // what is in them is not touched
   void Clear(size_t begin, size_t end);                      // zeros in [begin, end)
 };
@@ -82,8 +85,8 @@ class PairKernel {
  public:
   PairKernel();
   ~PairKernel();
-  // Adds the pair's cost and, with `derivatives`, slope and curvature of the tile's pixels to
-  // `fields`. Returns the number of windows that counted (centres in the tile).
+  // Adds the pair's cost and, with `derivatives`, slope, curvature and share of the tile's pixels
+  // to `fields`. Returns the number of windows that counted (centres in the tile).
   int64_t AddTile(const PairInput<T>& input, const Tile& tile, bool derivatives,
                   PixelFields<T>* fields);
 

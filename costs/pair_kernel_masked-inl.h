@@ -103,23 +103,24 @@ HWY_ATTR void SumMaskedWindows(const PairInput<T>& input, int y, KernelRows<T>* 
   }
 }
 
-// Adds a window's A, B, E, C to the kDirect rows of its taps.
+// Adds a window's A, B, E, C and share to the kDirect rows of its taps.
 template <typename T>
 HWY_ATTR void SpreadWindow(const WindowMasks& masks, size_t entry, int x, int side,
-                           const T values[4], const T* const mask_rows[], T* const direct_rows[]) {
+                           const T values[], const T* const mask_rows[], T* const direct_rows[]) {
   const KernelTag<T> d;
   using V = hn::Vec<decltype(d)>;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const V v[4] = {hn::Set(d, values[0]), hn::Set(d, values[1]), hn::Set(d, values[2]),
-                  hn::Set(d, values[3])};
+  constexpr int kFields = KernelRows<T>::kTapFields;
+  const V v[kFields] = {hn::Set(d, values[0]), hn::Set(d, values[1]), hn::Set(d, values[2]),
+                        hn::Set(d, values[3]), hn::Set(d, values[4])};
   for (int r = 0; r < side; ++r) {
     const uint32_t bits = RowBits(masks, entry, side, r);
     for (int k = 0; k < side; k += lanes) {
       if (bits >> k == 0) break;
       const auto tap =
           hn::And(LanesOf(d, bits >> k), hn::Gt(hn::LoadU(d, mask_rows[r] + x + k), hn::Zero(d)));
-      for (int field = 0; field < 4; ++field) {
-        T* at = direct_rows[4 * r + field] + x + k;
+      for (int field = 0; field < kFields; ++field) {
+        T* at = direct_rows[kFields * r + field] + x + k;
         hn::StoreU(hn::Add(hn::LoadU(d, at), hn::IfThenElseZero(tap, v[field])), d, at);
       }
     }
@@ -127,8 +128,8 @@ HWY_ATTR void SpreadWindow(const WindowMasks& masks, size_t entry, int x, int si
 }
 
 // Replaces what ScoreRow made of the windows of row y that have a mask and, with `derivatives`, adds
-// their A, B, E, C to the kDirect rows of their taps instead of leaving them to the sums over
-// windows.
+// their A, B, E, C and share to the kDirect rows of their taps instead of leaving them to the sums
+// over windows.
 template <typename T>
 HWY_ATTR void ScoreMaskedWindows(const PairInput<T>& input, int y, bool derivatives,
                                  KernelRows<T>* rows) {
@@ -141,8 +142,8 @@ HWY_ATTR void ScoreMaskedWindows(const PairInput<T>& input, int y, bool derivati
   const V floor = hn::Set(d, static_cast<T>(input.variance_floor));
   const V noise = hn::Set(d, static_cast<T>(input.reliability_noise));
   const V min_taps = hn::Set(d, static_cast<T>(input.min_taps));
-  T* sums[6];
-  for (int k = 0; k < 6; ++k) sums[k] = rows->masked_sums[k].data();
+  T* sums[7];
+  for (int k = 0; k < 7; ++k) sums[k] = rows->masked_sums[k].data();
   for (size_t n = count; n < count + lanes; ++n) sums[0][n] = 0;
   for (size_t n = 0; n < count; n += lanes) {
     const V taps = hn::LoadU(d, sums[0] + n);
@@ -159,20 +160,22 @@ HWY_ATTR void ScoreMaskedWindows(const PairInput<T>& input, int y, bool derivati
     hn::StoreU(score.b, d, sums[3] + n);
     hn::StoreU(score.e, d, sums[4] + n);
     hn::StoreU(score.c, d, sums[5] + n);
+    hn::StoreU(score.share, d, sums[6] + n);
   }
   const int radius = input.radius;
   const int side = 2 * radius + 1;
   const T* mask_rows[31];
-  T* direct_rows[4 * 31];
+  constexpr int kFields = KernelRows<T>::kTapFields;
+  T* direct_rows[kFields * 31];
   for (int r = 0; r < side; ++r) {
     mask_rows[r] = rows->Row(kMask, y - radius + r) - radius;
-    for (int field = 0; field < 4; ++field) {
-      direct_rows[4 * r + field] = rows->Row(kDirectA + field, y - radius + r) - radius;
+    for (int field = 0; field < kFields; ++field) {
+      direct_rows[kFields * r + field] = rows->Row(kDirectA + field, y - radius + r) - radius;
     }
     if (derivatives) rows->Direct(y - radius + r) = 1;
   }
-  T* window[6];
-  for (int k = 0; k < 6; ++k) window[k] = rows->Scratch(k);
+  T* window[7];
+  for (int k = 0; k < 7; ++k) window[k] = rows->Scratch(k);
   for (size_t n = 0; n < count; ++n) {
     const size_t entry = rows->masked_entry[n];
     const int x = rows->masked_column[n];
@@ -181,9 +184,9 @@ HWY_ATTR void ScoreMaskedWindows(const PairInput<T>& input, int y, bool derivati
     if (!valid && in_full) continue;  // as ScoreRow left it
     window[0][x] = sums[0][n];
     window[1][x] = sums[1][n];
-    for (int k = 2; k < 6; ++k) window[k][x] = T(0);
+    for (int k = 2; k < 7; ++k) window[k][x] = T(0);
     if (!valid || !derivatives) continue;
-    const T values[4] = {sums[2][n], sums[3][n], sums[4][n], sums[5][n]};
+    const T values[kFields] = {sums[2][n], sums[3][n], sums[4][n], sums[5][n], sums[6][n]};
     SpreadWindow<T>(*input.masks, entry, x, side, values, mask_rows, direct_rows);
   }
 }

@@ -32,7 +32,7 @@ HWY_ATTR void WarpRow(const PairInput<T>& input, int y, KernelRows<T>* rows) {
   const int columns = rows->columns;
   T* HWY_RESTRICT mask = rows->Row(kMask, y);
   if (input.masks != nullptr && rows->Direct(y) != 0) {
-    for (int field = kDirectA; field <= kDirectC; ++field) {
+    for (int field = kDirectA; field <= kDirectShare; ++field) {
       std::fill(rows->Row(field, y), rows->Row(field, y) + columns, T(0));
     }
     rows->Direct(y) = 0;

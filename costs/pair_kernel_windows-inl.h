@@ -30,6 +30,7 @@ struct WindowScores {
   V b;      // omega z / s_b^2
   V e;      // a mean_I - b mean_W
   V c;      // omega / s_b^2
+  V share;  // cost / n
 };
 
 template <class D, class V = hn::Vec<D>>
@@ -57,6 +58,7 @@ HWY_INLINE WindowScores<V> ScoreWindows(D d, hn::Mask<D> valid, V taps, V sum_i,
   WindowScores<V> score;
   score.omega = omega;
   score.cost = hn::NegMulAdd(omega, z, omega);
+  score.share = hn::Mul(score.cost, inverse_n);
   score.a = hn::Mul(omega, inverse_ab);
   score.c = hn::Mul(omega, inverse_bb);
   score.b = hn::Mul(score.c, z);
@@ -147,7 +149,7 @@ HWY_ATTR void SumRow(int y, KernelRows<T>* rows) {
   }
 }
 
-// A field from kSumMask to kSumC summed over the rows around y: the rows of the window.
+// A field from kSumMask to kSumShare summed over the rows around y: the rows of the window.
 template <typename T>
 class WindowColumns {
  public:
@@ -175,15 +177,15 @@ class WindowColumns {
   const double* running_ = nullptr;
 };
 
-// Scores the windows of row y: omega, cost, A, B, E, C in scratch rows 0 to 5.
+// Scores the windows of row y: omega, cost, A, B, E, C, share in scratch rows 0 to 6.
 template <typename T>
 HWY_ATTR void ScoreRow(const PairInput<T>& input, int y, KernelRows<T>* rows) {
   const KernelTag<T> d;
   using V = hn::Vec<decltype(d)>;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const T* HWY_RESTRICT mask = rows->Row(kMask, y);
-  T* out[6];
-  for (int k = 0; k < 6; ++k) out[k] = rows->Scratch(k);
+  T* out[7];
+  for (int k = 0; k < 7; ++k) out[k] = rows->Scratch(k);
   const WindowColumns<T> taps(kSumMask, y, rows);
   const WindowColumns<T> sum_i(kSumI, y, rows);
   const WindowColumns<T> sum_w(kSumW, y, rows);
@@ -211,15 +213,16 @@ HWY_ATTR void ScoreRow(const PairInput<T>& input, int y, KernelRows<T>* rows) {
     hn::Store(score.b, d, out[3] + x);
     hn::Store(score.e, d, out[4] + x);
     hn::Store(score.c, d, out[5] + x);
+    hn::Store(score.share, d, out[6] + x);
   }
 }
 
-// Sums A, B, E, C of row y, in scratch rows 2 to 5, along the row.
+// Sums A, B, E, C and share of row y, in scratch rows 2 to 6, along the row.
 template <typename T>
 HWY_ATTR void SumScores(int y, KernelRows<T>* rows) {
   const KernelTag<T> d;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  for (int k = 0; k < 4; ++k) {
+  for (int k = 0; k < KernelRows<T>::kTapFields; ++k) {
     T* HWY_RESTRICT in = rows->Scratch(2 + k);
     std::fill(in + rows->columns, in + rows->columns + 16, T(0));
     if (rows->radius != 2) {
@@ -231,50 +234,59 @@ HWY_ATTR void SumScores(int y, KernelRows<T>* rows) {
   }
 }
 
-// Adds slope and curvature of the tile's pixels of row y to `fields`.
+// Adds slope, curvature and share of the tile's pixels of row y to `fields`.
 template <typename T>
 HWY_ATTR void DifferentiateRow(const PairInput<T>& input, const Tile& tile, int y,
                                KernelRows<T>* rows, PixelFields<T>* fields) {
   const KernelTag<T> d;
   using V = hn::Vec<decltype(d)>;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const WindowColumns<T> sums[4] = {
-      {kSumA, y, rows}, {kSumB, y, rows}, {kSumE, y, rows}, {kSumC, y, rows}};
+  const WindowColumns<T> sums[5] = {
+      {kSumA, y, rows}, {kSumB, y, rows}, {kSumE, y, rows}, {kSumC, y, rows}, {kSumShare, y, rows}};
   const bool direct = rows->Direct(y) != 0;
   const T* HWY_RESTRICT direct_a = rows->Row(kDirectA, y);
   const T* HWY_RESTRICT direct_b = rows->Row(kDirectB, y);
   const T* HWY_RESTRICT direct_e = rows->Row(kDirectE, y);
   const T* HWY_RESTRICT direct_c = rows->Row(kDirectC, y);
+  const T* HWY_RESTRICT direct_share = rows->Row(kDirectShare, y);
+  const T* HWY_RESTRICT mask = rows->Row(kMask, y);
   const T* HWY_RESTRICT intensity = rows->Row(kI, y);
   const T* HWY_RESTRICT warped = rows->Row(kW, y);
   const T* HWY_RESTRICT slope_w = rows->Row(kD, y);
   T* HWY_RESTRICT slope = rows->Scratch(0);
   T* HWY_RESTRICT curvature = rows->Scratch(1);
+  T* HWY_RESTRICT share = rows->Scratch(2);
   for (int x = 0; x < rows->columns; x += lanes) {
     const V dw = hn::Load(d, slope_w + x);
     V a = sums[0].Sum(d, x);
     V b = sums[1].Sum(d, x);
     V e = sums[2].Sum(d, x);
     V c = sums[3].Sum(d, x);
+    V tap_share = sums[4].Sum(d, x);
     if (direct) {
       a = hn::Add(a, hn::Load(d, direct_a + x));
       b = hn::Add(b, hn::Load(d, direct_b + x));
       e = hn::Add(e, hn::Load(d, direct_e + x));
       c = hn::Add(c, hn::Load(d, direct_c + x));
+      tap_share = hn::Add(tap_share, hn::Load(d, direct_share + x));
     }
     // dE/dW; dw is zero outside Omega_ij.
     const V derivative =
         hn::NegMulAdd(hn::Load(d, intensity + x), a, hn::MulAdd(hn::Load(d, warped + x), b, e));
     hn::Store(hn::Mul(derivative, dw), d, slope + x);
     hn::Store(hn::Mul(c, hn::Mul(dw, dw)), d, curvature + x);
+    hn::Store(hn::Mul(tap_share, hn::Load(d, mask + x)), d, share + x);
   }
   const size_t first = static_cast<size_t>(y) * input.width + tile.x0;
   T* HWY_RESTRICT slope_sum = fields->slope.data() + first;
   T* HWY_RESTRICT curvature_sum = fields->curvature.data() + first;
+  T* HWY_RESTRICT share_sum = fields->share.data() + first;
   slope += tile.x0 - rows->x_begin;
   curvature += tile.x0 - rows->x_begin;
+  share += tile.x0 - rows->x_begin;
   for (int x = 0; x < tile.x1 - tile.x0; ++x) slope_sum[x] += slope[x];
   for (int x = 0; x < tile.x1 - tile.x0; ++x) curvature_sum[x] += curvature[x];
+  for (int x = 0; x < tile.x1 - tile.x0; ++x) share_sum[x] += share[x];
 }
 
 }  // namespace HWY_NAMESPACE

@@ -49,7 +49,7 @@ PatchSystem PatchCost::System() const {
   for (const IncidentFacet& incident : facets_) {
     const CornerSums& sums = round_->corner_sums()[3 * incident.facet + incident.corner];
     const Eigen::Vector3d& normal = round_->facet_normals()[incident.facet];
-    system.cost += sums.cost;
+    system.cost += sums.share;
     double along[3];  // n . N_k
     for (int k = 0; k < 3 && normal_motion; ++k) {
       along[k] = normal.dot(context.normals[blocks_[incident.local[k]]]);
@@ -89,8 +89,7 @@ void PatchCost::Linearize() {
   const double squared = r.squaredNorm();
   double beta = 1;
   if (squared > 2 * system.cost) {
-    // A patch may have gradient from windows centred in its neighbours and no window of its own.
-    if (system.cost <= 0) {
+    if (system.cost <= 0) {  // by rounding: its windows agree
       r.setZero();
     } else {
       beta = std::sqrt(squared / (2 * system.cost));

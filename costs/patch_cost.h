@@ -10,8 +10,10 @@
 //
 // so that 1/2 |r|^2 = c and J^T r = g exactly and J^T J = beta^2 (H + delta I). beta = 1 unless
 // |L^-1 g|^2 > 2 c, when beta^2 = |L^-1 g|^2 / (2 c). Any Ceres minimiser can take it from there.
-// Exception: a patch may have gradient from windows centred in its neighbours, and no counted window of
-// its own (c = 0). It gives r = 0; its part of g is left out.
+//
+// A window gives each of its n taps cost / n, and c is the sum over the patch's pixels of what they got. So
+// wherever a window has gradient it has cost too. (With the cost at the window's centre alone, a patch with
+// taps and no counted window of its own would have a gradient that no residual can carry: at silhouettes.)
 //
 // With Motion::kNormal the system is formed in the displacements h_k along the vertex normals N_k, and
 // J = d r / d h_k N_k^T. LineAlongNormal manifolds go with it. With kFree it is formed in all coordinates.

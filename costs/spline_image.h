@@ -4,7 +4,8 @@
 // with mirrored borders. Its coefficients come from the recursive prefilter with pole sqrt(3) - 2
 // (Unser, "Splines: a perfect fit for signal and image processing", 1999). Bilinear sampling would
 // leave kinks in the energy, on which line searches stall. A point further than kPadding - 2 pixels
-// outside the image is clamped, and Sample() reports gradient zero.
+// outside the image is clamped to there, each coordinate by itself; along a clamped one the gradient is
+// zero.
 #pragma once
 
 #include <Eigen/Core>
@@ -39,7 +40,6 @@ class SplineImage {
     const T low = T(2 - kPadding);
     const T column = std::min(std::max(x - T(0.5), low), T(width_ + kPadding - 3));
     const T row = std::min(std::max(y - T(0.5), low), T(height_ + kPadding - 3));
-    const bool inside = column == x - T(0.5) && row == y - T(0.5);
     // The padding makes both sums positive, so truncation is floor.
     const int c = static_cast<int>(column + T(kPadding));
     const int r = static_cast<int>(row + T(kPadding));
@@ -57,8 +57,8 @@ class SplineImage {
       }
     }
     *value = sums[0];
-    if (gradient_x != nullptr) *gradient_x = inside ? sums[1] : T(0);
-    if (gradient_y != nullptr) *gradient_y = inside ? sums[2] : T(0);
+    if (gradient_x != nullptr) *gradient_x = column == x - T(0.5) ? sums[1] : T(0);
+    if (gradient_y != nullptr) *gradient_y = row == y - T(0.5) ? sums[2] : T(0);
   }
 
  private:

@@ -182,13 +182,15 @@ HWY_INLINE void SampleSpline(D d, const SplineImage<T>& image, V x, V y, hn::Mas
   *value = hn::Add(hn::MulAdd(rows[0], wx[0], hn::Mul(rows[1], wx[1])),
                    hn::MulAdd(rows[2], wx[2], hn::Mul(rows[3], wx[3])));
   if (!kDerivatives) return;
-  const auto inside = hn::And(hn::Eq(column, free_column), hn::Eq(row, free_row));
+  // Where one coordinate is clamped the value still changes along the other.
+  const auto in_columns = hn::Eq(column, free_column);
+  const auto in_rows = hn::Eq(row, free_row);
   *gradient_x =
-      hn::IfThenElseZero(inside, hn::Add(hn::MulAdd(rows[0], sx[0], hn::Mul(rows[1], sx[1])),
-                                         hn::MulAdd(rows[2], sx[2], hn::Mul(rows[3], sx[3]))));
+      hn::IfThenElseZero(in_columns, hn::Add(hn::MulAdd(rows[0], sx[0], hn::Mul(rows[1], sx[1])),
+                                             hn::MulAdd(rows[2], sx[2], hn::Mul(rows[3], sx[3]))));
   *gradient_y =
-      hn::IfThenElseZero(inside, hn::Add(hn::MulAdd(slopes[0], wx[0], hn::Mul(slopes[1], wx[1])),
-                                         hn::MulAdd(slopes[2], wx[2], hn::Mul(slopes[3], wx[3]))));
+      hn::IfThenElseZero(in_rows, hn::Add(hn::MulAdd(slopes[0], wx[0], hn::Mul(slopes[1], wx[1])),
+                                          hn::MulAdd(slopes[2], wx[2], hn::Mul(slopes[3], wx[3]))));
 }
 
 }  // namespace HWY_NAMESPACE

@@ -160,6 +160,7 @@ class ViewEvaluationIn : public ViewEvaluation {
         const double u2 = scale * (u(2, 0) * x + u(2, 1) * y + u(2, 2));
         const double slope = fields_.slope[pixel.index];
         const double curvature = fields_.curvature[pixel.index];
+        local.share += fields_.share[pixel.index];
         local.slope[0] += slope * u0;
         local.slope[1] += slope * u1;
         local.slope[2] += slope * u2;
@@ -172,6 +173,7 @@ class ViewEvaluationIn : public ViewEvaluation {
       }
       CornerSums& total = totals[corner];
       total.cost += local.cost;
+      total.share += local.share;
       for (int c = 0; c < 3; ++c) total.slope[c] += local.slope[c];
       for (int c = 0; c < 6; ++c) total.curvature[c] += local.curvature[c];
     }

@@ -15,7 +15,9 @@ namespace burin {
 
 // Sums over the pixels of one corner of one facet (costs/photometric_energy.h).
 struct CornerSums {
-  double cost = 0;
+  double cost = 0;  // of the windows centred there
+  double share =
+      0;  // of the cost of all windows that have a tap there: a window gives each tap cost / n
   double slope[3] = {0, 0, 0};
   double curvature[6] = {0, 0, 0, 0, 0, 0};  // (0,0) (0,1) (0,2) (1,1) (1,2) (2,2)
 };

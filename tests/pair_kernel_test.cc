@@ -17,10 +17,13 @@ namespace burin {
 namespace {
 
 struct Round {
-  explicit Round(const PhotometricOptions& given) : options(given) {
+  explicit Round(const PhotometricOptions& given)
+      : Round(given, test::RandomViews(97, 83), test::AllPairs()) {}  // no multiple of any vector
+  Round(const PhotometricOptions& given, std::vector<LevelView> given_views,
+        const std::vector<CameraPair>& pairs)
+      : options(given), views(std::move(given_views)) {
     mesh = test::OccluderMesh();
-    views = test::RandomViews(97, 83);  // no multiple of any vector
-    context = FreezeRound(views, test::AllPairs(), mesh, Motion::kNormal, 2, &domains);
+    context = FreezeRound(views, pairs, mesh, Motion::kNormal, 2, &domains);
     term = std::make_unique<PhotometricEnergy>(options);
     term->BeginLevel(views);
     energy = term->FreezeRound(context);
@@ -77,6 +80,54 @@ TEST(PairKernel, EnergyIsThatOfWindowsSummedOneByOne) {
         EXPECT_NEAR(energy, expected, 2e-5 * expected) << window << " " << NameOf(mask);
       }
     }
+  }
+}
+
+// Tiles are 512 x 96 pixels: windows reach over their borders.
+TEST(PairKernel, SeveralTilesAreAsOne) {
+  for (const int window : {5, 9}) {
+    const Round round(Options(window, MaskMode::kPlane, true), test::RandomViews(531, 101),
+                      {{0, 1}, {2, 1}});
+    const double energy = round.energy->Evaluate(round.mesh.vertices, true);
+    const auto [expected, windows] = OneByOne(round);
+    ASSERT_GT(windows, 20000);
+    EXPECT_EQ(round.energy->valid_windows(), windows) << window;
+    EXPECT_NEAR(energy, expected, 2e-5 * expected) << window;
+    double shares = 0;
+    for (const CornerSums& corner : round.energy->corner_sums()) shares += corner.share;
+    EXPECT_NEAR(shares, energy, 1e-9 * energy) << window;
+  }
+}
+
+// Partners are bits, eight to a byte.
+TEST(PairKernel, MoreThanEightPartners) {
+  std::vector<CameraPair> pairs;
+  for (int second = 1; second < 12; ++second) pairs.push_back({0, second});
+  const Round round(Options(5, MaskMode::kPlane, false), test::RandomViews(97, 83, 12), pairs);
+  ASSERT_EQ(round.domains[0].seconds.size(), 11U);
+  const double energy = round.energy->Evaluate(round.mesh.vertices, true);
+  const auto [expected, windows] = OneByOne(round);
+  ASSERT_GT(windows, 10000);
+  EXPECT_EQ(round.energy->valid_windows(), windows);
+  EXPECT_NEAR(energy, expected, 2e-5 * expected);
+}
+
+// Beyond the image a coordinate is clamped by itself: the value still changes along the other.
+TEST(SplineImage, GradientIsThatOfTheValueWhereOneCoordinateIsClamped) {
+  const SplineImage<double> spline(test::RandomViews(40, 30)[0].FloatImage(), 0.0);
+  constexpr double kStep = 1e-5;
+  for (const auto& [x, y] : std::vector<std::pair<double, double>>{
+           {-9.0, 11.3}, {51.0, 11.3}, {17.4, -9.0}, {17.4, 41.0}, {-9.0, 41.0}, {17.4, 11.3}}) {
+    double value = 0;
+    double gradient[2];
+    spline.Sample(x, y, &value, &gradient[0], &gradient[1]);
+    double side[4];
+    spline.Sample(x + kStep, y, &side[0]);
+    spline.Sample(x - kStep, y, &side[1]);
+    spline.Sample(x, y + kStep, &side[2]);
+    spline.Sample(x, y - kStep, &side[3]);
+    EXPECT_NEAR(gradient[0], (side[0] - side[1]) / (2 * kStep), 1e-5) << x << " " << y;
+    EXPECT_NEAR(gradient[1], (side[2] - side[3]) / (2 * kStep), 1e-5) << x << " " << y;
   }
 }
 

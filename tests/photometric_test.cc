@@ -1,7 +1,5 @@
-// The photometric energy against central differences, autodiff-free Gauss-Newton and its Ceres
-// form.
+// The photometric energy against central differences and against itself written again without shortcuts.
 #include <ceres/jet.h>
-#include <ceres/problem.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -9,7 +7,6 @@
 #include <memory>
 
 #include "core/refine/round.h"
-#include "core/solve/motion.h"
 #include "core/support/parallel.h"
 #include "costs/patch_cost.h"
 #include "costs/photometric_energy.h"
@@ -168,48 +165,6 @@ TEST_P(PhotometricMasks, GradientMatchesCentralDifferencesOfSingleVertices) {
     }
   }
   EXPECT_GT(checked, GetParam().mode == MaskMode::kPaperStrict ? 10 : 40);
-}
-
-TEST(Photometric, PatchCostsSumToEnergyAndGradient) {
-  for (const Motion motion : {Motion::kNormal, Motion::kFree}) {
-    Fixture fixture(motion);
-    const auto gradient = fixture.Gradient();
-    const double energy = fixture.energy->Evaluate(fixture.mesh.vertices, true);
-    ceres::Problem::Options problem_options;
-    problem_options.evaluation_callback = fixture.energy->Callback();
-    ceres::Problem problem(problem_options);
-    RoundParameters parameters{fixture.mesh.vertices};
-    fixture.energy->AddResiduals(&problem, &parameters);
-    std::vector<double*> blocks;
-    for (size_t v = 0; v < fixture.mesh.vertices.size(); ++v) {
-      double* block = fixture.mesh.vertices[v].data();
-      if (!problem.HasParameterBlock(block)) continue;
-      if (motion == Motion::kNormal) {
-        problem.SetManifold(block, new LineAlongNormal(fixture.context.normals[v]));
-      }
-      blocks.push_back(block);
-    }
-    ceres::Problem::EvaluateOptions evaluate;
-    evaluate.parameter_blocks = blocks;
-    double cost = 0;
-    std::vector<double> ceres_gradient;
-    ASSERT_TRUE(problem.Evaluate(evaluate, &cost, nullptr, &ceres_gradient, nullptr));
-    EXPECT_NEAR(cost, energy, 1e-9 * energy);
-    double scale = 0;
-    for (const auto& g : gradient) scale = std::max(scale, g.norm());
-    size_t next = 0;
-    for (size_t v = 0; v < fixture.mesh.vertices.size(); ++v) {
-      if (!problem.HasParameterBlock(fixture.mesh.vertices[v].data())) continue;
-      if (motion == Motion::kNormal) {
-        EXPECT_NEAR(ceres_gradient[next++], gradient[v].dot(fixture.context.normals[v]),
-                    1e-9 * scale);
-      } else {
-        for (int c = 0; c < 3; ++c) {
-          EXPECT_NEAR(ceres_gradient[next++], gradient[v][c], 1e-9 * scale);
-        }
-      }
-    }
-  }
 }
 
 // The energy written again without any of the kernel's shortcuts, with derivatives by ceres::Jet:

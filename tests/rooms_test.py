@@ -19,7 +19,6 @@ MAX_LINES = 400
 LONG_FILES = {  # path: reason
     "tests/cli_test.cc": "one program's command line, with its fixtures",
     "tests/formats_test.cc": "a case for each format over the same scene",
-    "tests/photometric_test.cc": "the energy and its reference, written again without shortcuts",
     "tests/subdivide_test.cc": "one function",
     "tests/synthetic_test.cc": "cases share scenes that take seconds to make",
 }

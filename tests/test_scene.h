@@ -80,12 +80,13 @@ inline TriangleMesh OccluderMesh() {
   return mesh;
 }
 
-inline std::vector<LevelView> RandomViews(int width, int height) {
+inline std::vector<LevelView> RandomViews(int width, int height, int count = 3) {
   const Eigen::Vector3d centers[3] = {{-0.9, 0.2, 3.2}, {0.1, -0.3, 3.4}, {1.0, 0.3, 3.0}};
-  std::vector<LevelView> views(3);
+  std::vector<LevelView> views(count);
   Random random(7);
-  for (int i = 0; i < 3; ++i) {
-    views[i].camera = LookAt(centers[i], Eigen::Vector3d(0, 0, 0.2), width, height, 1.1 * width);
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector3d center = centers[i % 3] + i / 3 * Eigen::Vector3d(0.05, 0.15, 0.1);
+    views[i].camera = LookAt(center, Eigen::Vector3d(0, 0, 0.2), width, height, 1.1 * width);
     cv::Mat1f image(height, width);
     double phase[6];
     for (double& p : phase) p = 3 * random.Uniform();
