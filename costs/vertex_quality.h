@@ -21,9 +21,11 @@ struct VertexQuality {
   // E is half the sum over pixels of squared residuals d / s, d the difference of grey levels and s
   // the window's contrast, because each pixel is in as many windows as a window has taps. tau^2 is the
   // variance of d / s and H the Gauss-Newton matrix of E, so tau^2 H^-1 is the covariance for
-  // independent residuals; here with the neighbours held fixed. Too small where pairs share a
-  // photograph, whose noise then counts for several: by up to two with every pair in both
-  // directions, and more with several partners (docs/derivation.md has it measured).
+  // independent residuals; here with the neighbours held fixed. Pairs that share a photograph share
+  // its noise, which here counts as if it were each pair's own: sd is too small by about the square
+  // root of two where every pair is used in both directions, by more with several partners. Against
+  // an exact mesh it is right to a factor of two (docs/guard.md, "An exact mesh";
+  // WeakEvidence.AnExactMeshStaysWithinTheNoiseFloor).
   std::vector<float> sd;
 };
 

@@ -4,47 +4,26 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "core/evaluate/evaluation_report.h"
 #include "core/mesh/mesh_io.h"
-#include "core/mesh/surface_samples.h"
 #include "core/support/error.h"
 #include "core/support/parallel.h"
 #include "tests/test_shapes.h"
+#include "tests/test_truths.h"
 
 namespace burin {
 namespace {
 
-Truth MeshTruth(const TriangleMesh& mesh) {
-  Truth truth;
-  truth.mesh = mesh;
-  return truth;
-}
-
-Truth CloudTruth(const TriangleMesh& mesh, int count, bool normals) {
-  const SurfaceSamples samples = SampleSurface(mesh, count, 99);
-  Truth truth;
-  truth.cloud.points = samples.points;
-  if (normals) truth.cloud.normals = samples.normals;
-  return truth;
-}
-
-EvaluationOptions Options(const std::string& tau, int samples = 20000) {
-  EvaluationOptions options;
-  options.tau = tau;
-  options.unit = 1;
-  options.sample_count = samples;
-  return options;
-}
-
 TEST(Evaluation, ParallelPlanesAreTheirDistanceApart) {
   const double d = 0.03;
   const Truth truths[] = {MeshTruth(Plane(0)), CloudTruth(Plane(0), 40000, true)};
+  EvaluationOptions options = Options("0.02,0.04");
+  options.max_distance = 0.1;
   for (const Truth& truth : truths) {
-    const Evaluation evaluation = EvaluateMesh(Plane(d), truth, Options("0.02,0.04"));
+    const Evaluation evaluation = EvaluateMesh(Plane(d), truth, options);
     for (const DistanceStatistics& side : {evaluation.accuracy, evaluation.completeness}) {
       EXPECT_NEAR(side.mean, d, 1e-12);
       EXPECT_NEAR(side.median, d, 1e-12);
@@ -128,6 +107,7 @@ TEST(Evaluation, RigidFitRecoversTheMotion) {
                           CloudTruth(Moved(relief, motion.Inverse()), 100000, true)};
   for (const Truth& truth : truths) {
     EvaluationOptions options = Options("0.002,0.01");
+    options.max_distance = 0.1;
     const double unfitted = EvaluateMesh(relief, truth, options).accuracy.mean;
     EXPECT_GT(unfitted, 0.005);
     options.align = AlignmentKind::kRigid;
@@ -158,6 +138,7 @@ TEST(Evaluation, SimilarityFitRecoversTheScale) {
   motion.translation = {-0.004, -0.018, 0.01};
   const TriangleMesh mesh = Moved(relief, motion.Inverse());
   EvaluationOptions options = Options("0.002,0.02");
+  options.max_distance = 0.2;
   options.align = AlignmentKind::kRigid;
   EXPECT_GT(EvaluateMesh(mesh, MeshTruth(relief), options).accuracy.mean, 1e-3);
   options.align = AlignmentKind::kSimilarity;
@@ -189,6 +170,7 @@ TEST(Evaluation, SimilarityScoresInUnitsOfTheTruth) {
   Similarity shrink;
   shrink.scale = 0.8;
   EvaluationOptions options = Options("0.01,1");
+  options.max_distance = 10;
   options.align = AlignmentKind::kSimilarity;
   const Evaluation evaluation =
       EvaluateMesh(Moved(sphere_and_patch(3.05), shrink), MeshTruth(sphere_and_patch(3)), options);
@@ -225,6 +207,7 @@ TEST(Evaluation, BothDistancesAreReported) {
 
 TEST(Evaluation, RigidFitLeavesFreeDirectionsAlone) {
   EvaluationOptions options = Options("0.05");
+  options.max_distance = 0.5;
   options.align = AlignmentKind::kRigid;
   const Evaluation evaluation = EvaluateMesh(Plane(0.02), MeshTruth(Plane(0)), options);
   EXPECT_NEAR(evaluation.fit_shift, 0.02, 1e-6);
@@ -296,14 +279,22 @@ TEST(Evaluation, InputErrorsAreSaid) {
 TEST(Evaluation, ReportAndJsonSayTheSame) {
   EvaluationOptions options = Options("20,40", 1000);
   options.unit = 0.001;
+  options.max_distance = 123;
   const Evaluation evaluation = EvaluateMesh(Plane(0.03), MeshTruth(Plane(0)), options);
   const std::string report = EvaluationReport(evaluation);
+  // What a mean is within stands beside it.
+  EXPECT_NE(report.find("         30         30         30        123    100.00         1000"),
+            std::string::npos)
+      << report;
   EXPECT_NE(report.find("100.00%"), std::string::npos) << report;
   EXPECT_NE(report.find("0.001 world units"), std::string::npos) << report;
   const nlohmann::json json = ToJson(evaluation);
   EXPECT_NEAR(json["accuracy"]["mean"].get<double>(), 0.03, 1e-12);
   EXPECT_EQ(json["scores"][1]["f1"].get<double>(), 1);
   EXPECT_TRUE(json["alignment"].is_null());
+  for (const char* side : {"accuracy", "completeness"}) {
+    EXPECT_NEAR(json[side]["max_distance"].get<double>(), 0.123, 1e-12) << side;
+  }
 }
 
 TEST(Evaluation, TruthFilesAreToldApart) {
@@ -317,29 +308,6 @@ TEST(Evaluation, TruthFilesAreToldApart) {
   EXPECT_EQ(cloud.cloud.normals.size(), 50u);
   EXPECT_THROW(ReadTruth(folder / "missing.ply"), InputError);
   std::filesystem::remove_all(folder);
-}
-
-// The scores that this mesh is published with: the protocol is the one they were measured by.
-TEST(Evaluation, ReproducesTheFountainsPublishedScores) {
-  const char* data = std::getenv("BURIN_SHARED_DATA");
-  const std::filesystem::path folder = std::filesystem::path(data ? data : "") / "fountain-p11";
-  if (data == nullptr || !std::filesystem::exists(folder / "truth/points_10mm.ply")) {
-    GTEST_SKIP() << "BURIN_SHARED_DATA does not hold fountain-p11";
-  }
-  EvaluationOptions options;
-  options.align = AlignmentKind::kRigid;
-  options.sample_count = 200000;
-  options.unmatched = UnmatchedSamples::kDrop;
-  const Evaluation evaluation = EvaluateMesh(ReadMesh(folder / "init.ply"),
-                                             ReadTruth(folder / "truth/points_10mm.ply"), options);
-  EXPECT_NEAR(evaluation.accuracy.median, 0.0077, 0.0001);
-  EXPECT_NEAR(evaluation.accuracy.mean, 0.0216, 0.0002);
-  const double precision[] = {0.38, 0.57, 0.71};
-  const double f1[] = {0.31, 0.48, 0.60};
-  for (int k = 0; k < 3; ++k) {
-    EXPECT_NEAR(evaluation.scores[k].precision, precision[k], 0.0075);
-    EXPECT_NEAR(evaluation.scores[k].f1, f1[k], 0.0075);
-  }
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
+#include <string>
 
 #include "apps/run/pipeline.h"
 #include "apps/run/run_output.h"
@@ -35,8 +37,25 @@ const SyntheticScene& Relief() {
 
 double Rmse(const TriangleMesh& mesh) { return RmseToTruthMesh(mesh, Relief().truth, 20000); }
 
+// RMSE to the truth that a strategy must reach on this scene, in pixels: a quarter more than it does. The
+// initial mesh has 3.
+double ReachedPx(const std::string& strategy) {
+  const std::map<std::string, double> reached = {{"gradient_descent", 0.94},
+                                                 {"steepest_descent", 0.54},
+                                                 {"ncg", 0.27},
+                                                 {"bfgs", 0.225},
+                                                 {"lbfgs", 0.215},
+                                                 {"lbfgs_sobolev", 0.155},
+                                                 {"lbfgs_h", 0.21},
+                                                 {"lm_cholesky", 0.165},
+                                                 {"lm_cgnr", 0.165},
+                                                 {"lm_pcg", 0.16},
+                                                 {"dogleg", 0.165}};
+  const auto found = reached.find(strategy);
+  return found != reached.end() ? found->second : 0;  // a strategy without a row fails
+}
+
 TEST(Refinement, EveryStrategyLowersEnergyAndError) {
-  const double before = Rmse(Relief().init);
   for (const Strategy& strategy : Strategies()) {
     PipelineOptions options;
     options.refinement.solver.type = strategy.name;
@@ -48,12 +67,9 @@ TEST(Refinement, EveryStrategyLowersEnergyAndError) {
         EXPECT_EQ(round.solve.strategy, strategy.name);
       }
     }
-    const double after = Rmse(result.mesh);
-    RecordProperty(strategy.name + "_rmse_px", std::to_string(after / Relief().footprint));
-    // Strategies that know the curvature of the energy get four times nearer, the others nearer.
-    const bool second_order = strategy.name.rfind("lm_", 0) == 0 || strategy.name == "dogleg" ||
-                              strategy.name == "lbfgs_h";
-    EXPECT_LT(after, before / (second_order ? 4 : 1.2)) << strategy.name;
+    const double reached_px = Rmse(result.mesh) / Relief().footprint;
+    RecordProperty(strategy.name + "_rmse_px", std::to_string(reached_px));
+    EXPECT_LT(reached_px, ReachedPx(strategy.name)) << strategy.name;
   }
 }
 

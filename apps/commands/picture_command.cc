@@ -51,12 +51,13 @@ void PictureCommand::Run() const {
   scale.max = largest;
   scale.unit = options.unit;
   scale.label = "error";
-  WritePicture(output,
-               SideBySide({RenderShaded(measured, from.camera),
-                           RenderVertexScalar(
-                               measured, from.camera,
-                               VertexErrors(placed, loaded, options.MatchingDistance()), scale)},
-                          {"", ""}));
+  WritePicture(
+      output,
+      SideBySide({RenderShaded(measured, from.camera),
+                  RenderVertexScalar(measured, from.camera,
+                                     VertexErrors(placed, loaded, options.MatchingDistance(loaded)),
+                                     scale)},
+                 {"", ""}));
 }
 
 }  // namespace

@@ -11,6 +11,9 @@ import pandas
 # The rows that a scene contributes.
 ERROR_MEASURES = ("accuracy_mean", "accuracy_median", "completeness_mean", "completeness_median")
 
+# Of each: the share of the points that it is over. Whoever matches fewer has a better mean.
+MATCHED_SHARES = {measure: measure.split("_", maxsplit=1)[0] + "_matched" for measure in ERROR_MEASURES}
+
 
 def ranks(errors: pandas.DataFrame) -> pandas.DataFrame:
     """The rank of each method in each row, 1 = smallest error; ties take the minimum rank."""

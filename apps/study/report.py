@@ -10,13 +10,15 @@ import pandas
 
 from study import charts
 from study.plan import read_json, read_plan, write_if_changed
-from study.ranking import ERROR_MEASURES
+from study.ranking import ERROR_MEASURES, MATCHED_SHARES
 from study.study_file import FOOTPRINT, INITIAL
 from study.table import scores_of
 
 HERE = Path(__file__).resolve().parent
 LABELS = {"accuracy_mean": "acc. mean", "accuracy_median": "acc. median",
           "completeness_mean": "compl. mean", "completeness_median": "compl. median",
+          "max_distance": "within", "accuracy_matched": "acc. matched %",
+          "completeness_matched": "compl. matched %",
           "pairs": "pairs", "faces": "faces", "iterations": "iterations",
           "total_seconds": "seconds", "memory_mib": "MiB"}
 MIME = {".jpg": "image/jpeg", ".svg": "image/svg+xml"}
@@ -39,6 +41,11 @@ def cell(values: pandas.Series | list) -> dict:
             "spread": "" if math.isnan(spread) else f"{spread:.2g}"}
 
 
+def percent(values: pandas.Series | list) -> dict:
+    """The same of shares, in per cent."""
+    return cell(100 * pandas.Series(values, dtype=float))
+
+
 def mark_best(rows: list[dict], column: int, highest: bool) -> None:
     """Marks the best cells of a column among the rows that compete; equal as printed is equal."""
     cells = [row["cells"][column] for row in rows if row["competes"] and row["cells"][column]["sort"]]
@@ -50,7 +57,7 @@ def mark_best(rows: list[dict], column: int, highest: bool) -> None:
 
 
 def overview(results: dict, plan: dict, color: dict[str, tuple]) -> dict:
-    """Average rank, average error, time and memory of every variant."""
+    """Average rank, average error with the share that matched, time and memory of every variant."""
     units = {str(instance["evaluate"]["unit"]) for instance in plan["instances"].values()}
     rows = []
     for line in results["summary"]:
@@ -58,6 +65,8 @@ def overview(results: dict, plan: dict, color: dict[str, tuple]) -> dict:
                  for key in ("average_rank", "average_error", "total_seconds", "memory_mib")]
         if cells[0]["sort"]:
             cells[0]["text"] = f"{line['average_rank']:.2f}"
+        matched = line["average_matched"]
+        cells.insert(2, percent([] if matched is None else [matched]))
         cells.append({"text": str(line["failed"]), "sort": str(line["failed"])})
         rows.append({"name": line["variant"], "competes": True, "cells": cells,
                      "color": charts.css(color[line["variant"]])})
@@ -65,18 +74,20 @@ def overview(results: dict, plan: dict, color: dict[str, tuple]) -> dict:
     mark_best(rows, 1, False)
     return {"id": "overview", "rows": rows,
             "columns": ["average rank", "average error" + (" (mixed units)" if len(units) > 1 else ""),
-                        "seconds", "MiB", "failed runs"]}
+                        "matched %", "seconds", "MiB", "failed runs"]}
 
 
 def scene_table(name: str, runs: pandas.DataFrame, color: dict[str, tuple]) -> dict:
     """All measures of one scene: a row for the initial mesh and for each variant."""
     thresholds = [key for key in runs.columns
                   if key.startswith("f1@") and runs[key].notna().any()]
-    keys = [*ERROR_MEASURES, *thresholds, "pairs", "faces", "iterations", "total_seconds", "memory_mib"]
+    shares = tuple(dict.fromkeys(MATCHED_SHARES.values()))
+    keys = [*ERROR_MEASURES, "max_distance", *shares, *thresholds, "pairs", "faces", "iterations", "total_seconds", "memory_mib"]
     rows = []
     for variant, group in runs.groupby("variant", sort=False):
         failed = group["failed"].notna().sum()
-        cells = [cell(group[key]) if key in group else cell([]) for key in keys]
+        cells = [(percent if key in shares else cell)(group[key] if key in group else [])
+                 for key in keys]
         rows.append({"name": variant, "competes": variant != INITIAL, "cells": cells,
                      "color": charts.css(color[variant]) if variant in color else "",
                      "note": f"failed ({failed} of {len(group)})" if failed else ""})
@@ -101,10 +112,16 @@ def differing(plan: dict) -> dict:
 
 
 def rank_table(results: dict, names: list[str]) -> dict:
-    """The rank of every variant in every row."""
-    rows = [{"name": f"{line['scene']}, {LABELS[line['measure']]}", "competes": False,
-             "cells": [cell([line[name]]) if line[name] is not None else cell([]) for name in names]}
-            for line in results["ranks"]]
+    """The rank of every variant in every row, with the share of the points that matched."""
+    rows = []
+    for line in results["ranks"]:
+        cells = [cell([] if line[name] is None else [line[name]]) for name in names]
+        for name, one in zip(names, cells):
+            if one["sort"]:
+                one["beside"] = percent([line[f"{name}: matched"]])["text"] + " %"
+        within = cell([] if line["max_distance"] is None else [line["max_distance"]])["text"]
+        rows.append({"name": f"{line['scene']}, {LABELS[line['measure']]} (within {within})",
+                     "competes": False, "cells": cells})
     return {"id": "ranks", "columns": names, "rows": rows}
 
 

@@ -7,14 +7,14 @@ from pathlib import Path
 import pandas
 
 from study.plan import read_json, read_plan, write_if_changed, write_json
-from study.ranking import ERROR_MEASURES, average_error, average_rank, ranks
+from study.ranking import ERROR_MEASURES, MATCHED_SHARES, average_error, average_rank, ranks
 from study.study_file import INITIAL
 
 
 def scores_of(result: dict) -> dict[str, float]:
     """The scores of `burin evaluate --json`, lengths in its unit."""
     unit = result["unit"]
-    scores = {}
+    scores = {"max_distance": result["max_distance"] / unit}
     for side in ("accuracy", "completeness"):
         for name in ("mean", "median", "rmse"):
             scores[f"{side}_{name}"] = result[side][name] / unit
@@ -64,15 +64,34 @@ def collect(output: Path, plan: dict) -> list[dict]:
     return rows
 
 
-def errors_of(runs: pandas.DataFrame) -> pandas.DataFrame:
-    """Rows: scene and error measure, the mean over seeds. Columns: variants, in the plan's order."""
+def rows_of(runs: pandas.DataFrame, figures: dict[str, str]) -> pandas.DataFrame:
+    """Rows: scene and error measure, the mean over seeds of its figure. Columns: variants, in the plan's order."""
     variants = [name for name in runs["variant"].unique() if name != INITIAL]
-    columns = runs.reindex(columns=["scene", "variant", *ERROR_MEASURES])
-    means = columns.groupby(["scene", "variant"], sort=False)[list(ERROR_MEASURES)].agg(
+    columns = runs[["scene", "variant"]].assign(
+        **{measure: runs.get(figure, math.nan) for measure, figure in figures.items()})
+    means = columns.groupby(["scene", "variant"], sort=False)[list(figures)].agg(
         lambda values: values.mean(skipna=False))
     wide = means.stack(dropna=False).unstack("variant")
     return wide.reindex(index=pandas.MultiIndex.from_product(
-        [runs["scene"].unique(), ERROR_MEASURES]), columns=variants)
+        [runs["scene"].unique(), list(figures)]), columns=variants)
+
+
+def errors_of(runs: pandas.DataFrame) -> pandas.DataFrame:
+    """The errors themselves."""
+    return rows_of(runs, {measure: measure for measure in ERROR_MEASURES})
+
+
+def ranks_of(runs: pandas.DataFrame, errors: pandas.DataFrame) -> pandas.DataFrame:
+    """The rank of every variant in every row. In each row, what the distances were within; after each
+    rank, "VARIANT: matched", the share of the points that was."""
+    matched = rows_of(runs, MATCHED_SHARES)
+    table = ranks(errors)
+    for name in reversed(list(errors)):
+        table.insert(list(table).index(name) + 1, f"{name}: matched", matched[name])
+    table.index.names = ["scene", "measure"]
+    within = runs.reindex(columns=["scene", "max_distance"]).groupby("scene")["max_distance"].mean()
+    table["max_distance"] = [within[scene] for scene in table.index.get_level_values("scene")]
+    return table.set_index("max_distance", append=True)
 
 
 def versions_of(output: Path, plan: dict) -> dict:
@@ -96,14 +115,14 @@ def write_tables(output: Path) -> None:
     runs = pandas.DataFrame(rows)
     errors = errors_of(runs)
     summary = pandas.DataFrame({"average_rank": average_rank(errors),
-                                "average_error": average_error(errors)})
+                                "average_error": average_error(errors),
+                                "average_matched": average_error(rows_of(runs, MATCHED_SHARES))})
     of_variants = runs[runs["variant"] != INITIAL]
     summary["failed"] = of_variants.groupby("variant")["failed"].count()
     for name in ("total_seconds", "memory_mib"):
         summary[name] = of_variants.reindex(columns=["variant", name]).groupby("variant")[name].mean()
     summary.index.name = "variant"
-    table = ranks(errors)
-    table.index.names = ["scene", "measure"]
+    table = ranks_of(runs, errors)
     write_if_changed(output / "runs.csv", runs.convert_dtypes().to_csv(index=False))
     write_if_changed(output / "summary.csv", summary.to_csv())
     write_if_changed(output / "ranks.csv", table.to_csv())

@@ -18,25 +18,52 @@ namespace {
 constexpr int kFitSamples = 50000;
 constexpr int kVertexGrain = 1024;
 
-double ShareWithin(const std::vector<double>& distances, double tau, std::int64_t of) {
-  const auto within = std::count_if(distances.begin(), distances.end(),
-                                    [&](double d) { return d >= 0 && d < tau; });
-  return of > 0 ? static_cast<double>(within) / static_cast<double>(of) : 0;
+constexpr double kMatchingShare = 1.0 / 64;  // of the truth's diameter
+
+// Of the points whose match is within `reach`, the distances that are scored; negative for the rest.
+std::vector<double> Within(const MatchDistances& distances, bool to_plane, double reach) {
+  std::vector<double> within = to_plane ? distances.plane : distances.point;
+  for (size_t k = 0; k < within.size(); ++k) {
+    if (distances.point[k] > reach) within[k] = -1;
+  }
+  return within;
 }
 
-void AddGroups(const std::vector<double>& from_truth, const std::vector<char>& flags,
-               const std::vector<double>& thresholds, Evaluation* evaluation) {
-  std::vector<double> flagged;
-  std::vector<double> others;
-  for (size_t k = 0; k < from_truth.size(); ++k) {
-    (flags[k] != 0 ? flagged : others).push_back(from_truth[k]);
+DistanceStatistics StatisticsWithin(const MatchDistances& distances, bool to_plane, double reach) {
+  return StatisticsOf(Within(distances, to_plane, reach));
+}
+
+// Share of the points closer than tau: of all, or of those that have a match.
+double ShareCloser(const MatchDistances& distances, bool to_plane, double max_distance, double tau,
+                   UnmatchedSamples unmatched) {
+  const std::vector<double> within = Within(distances, to_plane, std::max(max_distance, tau));
+  const auto closer =
+      std::count_if(within.begin(), within.end(), [&](double d) { return d >= 0 && d < tau; });
+  const auto of =
+      unmatched == UnmatchedSamples::kCount
+          ? static_cast<std::ptrdiff_t>(within.size())
+          : std::count_if(within.begin(), within.end(), [](double d) { return d >= 0; });
+  return of > 0 ? static_cast<double>(closer) / static_cast<double>(of) : 0;
+}
+
+void AddGroups(const MatchDistances& from_truth, const std::vector<char>& flags,
+               const std::vector<double>& thresholds, bool to_plane, Evaluation* evaluation) {
+  MatchDistances flagged;
+  MatchDistances others;
+  for (size_t k = 0; k < flags.size(); ++k) {
+    MatchDistances& group = flags[k] != 0 ? flagged : others;
+    group.point.push_back(from_truth.point[k]);
+    group.plane.push_back(from_truth.plane[k]);
   }
+  const double reach = evaluation->max_distance;
   evaluation->grouped = true;
-  evaluation->flagged = StatisticsOf(flagged);
-  evaluation->others = StatisticsOf(others);
+  evaluation->flagged = StatisticsWithin(flagged, to_plane, reach);
+  evaluation->others = StatisticsWithin(others, to_plane, reach);
   for (const double tau : thresholds) {
-    evaluation->flagged_recall.push_back(ShareWithin(flagged, tau, evaluation->flagged.count));
-    evaluation->others_recall.push_back(ShareWithin(others, tau, evaluation->others.count));
+    evaluation->flagged_recall.push_back(
+        ShareCloser(flagged, to_plane, reach, tau, UnmatchedSamples::kCount));
+    evaluation->others_recall.push_back(
+        ShareCloser(others, to_plane, reach, tau, UnmatchedSamples::kCount));
   }
 }
 
@@ -51,14 +78,14 @@ SurfaceSamples SamplesOf(const TriangleMesh& mesh, int count, std::uint64_t seed
 }
 
 // What lays mesh samples onto the truth; nothing moves where no alignment is asked for.
-Alignment FitToTruth(const TriangleMesh& mesh, const MatchSide& truth,
+Alignment FitToTruth(const TriangleMesh& mesh, const MatchSide& truth, double max_distance,
                      const EvaluationOptions& options) {
   if (options.align == AlignmentKind::kNone) {
     Alignment none;
     none.converged = true;
     return none;
   }
-  const double reach = 0.5 * options.MatchingDistance();
+  const double reach = 0.5 * max_distance;
   const SurfaceSamples samples = SamplesOf(mesh, std::min(kFitSamples, options.sample_count),
                                            static_cast<std::uint64_t>(options.seed) + 1, "mesh");
   const PlaneOf plane_of = [&](int index, const Eigen::Vector3d& point,
@@ -77,8 +104,8 @@ Alignment FitToTruth(const TriangleMesh& mesh, const MatchSide& truth,
   Alignment alignment;
   std::string error;
   if (!AlignToSurface(samples.points, plane_of, fit, &alignment, &error)) {
-    throw InputError("evaluation: " + error + " (max_distance = " + std::to_string(reach) +
-                     " world units)");
+    throw InputError("evaluation: " + error + " (it looks as far as half of max_distance, " +
+                     std::to_string(reach) + " world units)");
   }
   return alignment;
 }
@@ -93,7 +120,7 @@ struct Protocol {
     }
     to_plane = options.distance == DistanceKind::kPlane ||
                (options.distance == DistanceKind::kAuto && truth.HasNormals() && !truth.IsMesh());
-    max_distance = options.MatchingDistance();
+    max_distance = options.MatchingDistance(truth);
   }
   std::vector<double> thresholds;  // world units
   bool to_plane = false;
@@ -112,9 +139,11 @@ void EvaluationOptions::Describe(OptionSet* set) {
            "Distance that is scored; auto is plane for clouds with normals, else point");
   set->Add("unmatched", &unmatched,
            "Whether mesh samples without a match count against the precision");
-  set->Add("max_distance", &max_distance,
-           "Points further from the other surface are unmatched, in unit; 0 = 10 x the largest tau",
-           0, 1e12);
+  set->Add(
+      "max_distance", &max_distance,
+      "Points further from the other surface are unmatched, in unit; 0 = a 64th of the truth's "
+      "diameter",
+      0, 1e12);
   set->Add("sample_count", &sample_count, "Points sampled on a mesh", 100, 100000000);
   set->Add("seed", &seed, "Of the sampling", 0, 1000000000);
   set->Add("fit_keep", &fit_keep, "Share of the point pairs that the alignment keeps", 0.1, 1);
@@ -139,8 +168,13 @@ std::vector<double> EvaluationOptions::Thresholds() const {
   return thresholds;
 }
 
-double EvaluationOptions::MatchingDistance() const {
-  return max_distance > 0 ? max_distance * unit : 10 * Thresholds().back();
+double EvaluationOptions::MatchingDistance(const Truth& truth) const {
+  if (max_distance > 0) return max_distance * unit;
+  const double diameter = DiameterOf(truth);
+  if (!(diameter > 0)) {
+    throw InputError("evaluation: the truth has no extent; max_distance must be given");
+  }
+  return kMatchingShare * diameter;
 }
 
 Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
@@ -164,7 +198,7 @@ Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
   const auto seed = static_cast<std::uint64_t>(options.seed);
   const SurfaceSamples samples = SamplesOf(mesh, options.sample_count, seed, "mesh");
   const MatchSide truth_side(truth);
-  const Alignment fit = FitToTruth(mesh, truth_side, options);
+  const Alignment fit = FitToTruth(mesh, truth_side, evaluation.max_distance, options);
   evaluation.truth_from_mesh = fit.motion;
   evaluation.fit_converged = fit.converged;
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
@@ -174,38 +208,35 @@ Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
   const TriangleMesh moved = Moved(mesh, fit.motion);
   const MatchSide mesh_side(moved);
 
-  const MatchDistances from_mesh = MeasureDistances(samples.points, evaluation.truth_from_mesh,
-                                                    truth_side, evaluation.max_distance);
+  // The thresholds may be beyond what the statistics are within.
+  const double furthest = std::max(evaluation.max_distance, thresholds.back());
+  const MatchDistances from_mesh =
+      MeasureDistances(samples.points, evaluation.truth_from_mesh, truth_side, furthest);
   std::vector<Eigen::Vector3d> truth_samples;
   if (truth.IsMesh()) {
     truth_samples = SamplesOf(truth.mesh, options.sample_count, seed, "truth").points;
   }
-  const MatchDistances from_truth =
-      MeasureDistances(truth.IsMesh() ? truth_samples : truth.cloud.points, Similarity(), mesh_side,
-                       evaluation.max_distance);
+  const MatchDistances from_truth = MeasureDistances(
+      truth.IsMesh() ? truth_samples : truth.cloud.points, Similarity(), mesh_side, furthest);
 
-  const std::vector<double>& accuracy = to_plane ? from_mesh.plane : from_mesh.point;
-  const std::vector<double>& completeness = to_plane ? from_truth.plane : from_truth.point;
-  evaluation.accuracy = StatisticsOf(accuracy);
-  evaluation.completeness = StatisticsOf(completeness);
+  const double reach = evaluation.max_distance;
+  evaluation.accuracy = StatisticsWithin(from_mesh, to_plane, reach);
+  evaluation.completeness = StatisticsWithin(from_truth, to_plane, reach);
   if (truth.HasNormals()) {
     evaluation.other_distance = to_plane ? DistanceKind::kPoint : DistanceKind::kPlane;
-    evaluation.other_accuracy = StatisticsOf(to_plane ? from_mesh.point : from_mesh.plane);
-    evaluation.other_completeness = StatisticsOf(to_plane ? from_truth.point : from_truth.plane);
+    evaluation.other_accuracy = StatisticsWithin(from_mesh, !to_plane, reach);
+    evaluation.other_completeness = StatisticsWithin(from_truth, !to_plane, reach);
   }
   for (const double tau : thresholds) {
     ThresholdScore score;
     score.tau = tau;
-    score.precision =
-        ShareWithin(accuracy, tau,
-                    options.unmatched == UnmatchedSamples::kDrop ? evaluation.accuracy.matched
-                                                                 : evaluation.accuracy.count);
-    score.recall = ShareWithin(completeness, tau, evaluation.completeness.count);
+    score.precision = ShareCloser(from_mesh, to_plane, reach, tau, options.unmatched);
+    score.recall = ShareCloser(from_truth, to_plane, reach, tau, UnmatchedSamples::kCount);
     const double sum = score.precision + score.recall;
     score.f1 = sum > 0 ? 2 * score.precision * score.recall / sum : 0;
     evaluation.scores.push_back(score);
   }
-  if (!flags.empty()) AddGroups(completeness, flags, thresholds, &evaluation);
+  if (!flags.empty()) AddGroups(from_truth, flags, thresholds, to_plane, &evaluation);
   return evaluation;
 }
 
@@ -213,7 +244,7 @@ Similarity TruthFromMesh(const TriangleMesh& mesh, const Truth& truth,
                          const EvaluationOptions& options) {
   if (options.align == AlignmentKind::kNone) return {};  // without a search structure
   CheckTruth(truth);
-  return FitToTruth(mesh, MatchSide(truth), options).motion;
+  return FitToTruth(mesh, MatchSide(truth), options.MatchingDistance(truth), options).motion;
 }
 
 struct AccuracyMeter::Data {
@@ -234,7 +265,7 @@ DistanceStatistics AccuracyMeter::Measure(const TriangleMesh& mesh) const {
   const double max_distance = data_->protocol.max_distance;
   const SurfaceSamples samples =
       SamplesOf(mesh, options.sample_count, static_cast<std::uint64_t>(options.seed), "mesh");
-  const Similarity truth_from_mesh = FitToTruth(mesh, data_->side, options).motion;
+  const Similarity truth_from_mesh = FitToTruth(mesh, data_->side, max_distance, options).motion;
   const MatchDistances distances =
       MeasureDistances(samples.points, truth_from_mesh, data_->side, max_distance);
   return StatisticsOf(data_->protocol.to_plane ? distances.plane : distances.point);

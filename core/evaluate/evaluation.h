@@ -11,7 +11,9 @@
 //     is moved onto the truth, and everything after it is measured in the truth's frame and units.
 //     It is fitted anew to each mesh, before and after a refinement alike.
 //  3. Matching. The match of a point is its nearest point on the other side (exact on a mesh;
-//     nearest point of a cloud). It counts when no further than the matching distance.
+//     nearest point of a cloud). It counts when no further than the matching distance: `max_distance`,
+//     or else a 64th of the truth's diameter (DiameterOf in core/evaluate/truth.h). That is a length of
+//     the truth alone: neither the thresholds nor the mesh change what the statistics are over.
 //  4. Distance between a point a and its match b:
 //       point   |a - b|
 //       plane   |n_b . (a - b)|, n_b the normal at the match: the cloud's, or that of the face.
@@ -24,7 +26,7 @@
 //     share is reported beside them: whoever matches fewer points gets a better mean.
 //  6. precision(tau) = share of the mesh's samples that are matched and closer than tau;
 //     recall(tau) = share of the truth's points that are matched and closer than tau;
-//     F1 = 2 P R / (P + R). Recall is always over all of the truth. Precision is over all samples
+//     F1 = 2 P R / (P + R). Here a match counts up to tau where tau is beyond the matching distance. Recall is always over all of the truth. Precision is over all samples
 //     too, so that nothing hides by being far off. `unmatched` = drop takes it over the matched
 //     samples, for truths that show only part of what the mesh rightly has.
 #pragma once
@@ -68,7 +70,7 @@ struct EvaluationOptions {
   AlignmentKind align = AlignmentKind::kNone;
   DistanceKind distance = DistanceKind::kAuto;
   UnmatchedSamples unmatched = UnmatchedSamples::kCount;  // mesh samples, in the precision
-  double max_distance = 0;    // matching distance in `unit`; 0 = 10 x the largest tau
+  double max_distance = 0;    // matching distance in `unit`; 0 = a 64th of the truth's diameter
   int sample_count = 500000;  // on the mesh, and on the truth when it is one
   int seed = 0;
   double fit_keep = 0.7;  // share of the pairs that the alignment keeps
@@ -77,8 +79,9 @@ struct EvaluationOptions {
   // The thresholds in world units, ascending. Throws InputError unless tau is a list of positive
   // numbers separated by commas.
   std::vector<double> Thresholds() const;
-  // The matching distance in world units. Throws as Thresholds() does.
-  double MatchingDistance() const;
+  // The matching distance in world units. Throws InputError when it is the truth's to say and the
+  // truth is a single point or has no area.
+  double MatchingDistance(const Truth& truth) const;
 };
 
 struct ThresholdScore {
@@ -96,7 +99,7 @@ struct Evaluation {
   DistanceKind distance = DistanceKind::kPoint;  // as scored, not kAuto
   UnmatchedSamples unmatched = UnmatchedSamples::kCount;
   double unit = 1;          // for the report, world units
-  double max_distance = 0;  // world units
+  double max_distance = 0;  // that the statistics below are within, world units
   DistanceStatistics accuracy;
   DistanceStatistics completeness;
   std::vector<ThresholdScore> scores;  // one per tau, ascending

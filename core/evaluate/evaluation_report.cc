@@ -17,21 +17,25 @@ __attribute__((format(printf, 1, 2))) std::string Format(const char* format, ...
   return buffer;
 }
 
-std::string StatisticsLine(const char* name, const DistanceStatistics& statistics, double unit) {
-  return Format("%-30s %10.4g %10.4g %10.4g %9.2f %12lld\n", name, statistics.median / unit,
-                statistics.mean / unit, statistics.rmse / unit, 100 * statistics.MatchedShare(),
-                static_cast<long long>(statistics.count));
+// `reach`: the distance that the statistics are within. It stands beside every mean, with the share of
+// the points that is within it.
+std::string StatisticsLine(const char* name, const DistanceStatistics& statistics, double reach,
+                           double unit) {
+  return Format("%-30s %10.4g %10.4g %10.4g %10.4g %9.2f %12lld\n", name, statistics.median / unit,
+                statistics.mean / unit, statistics.rmse / unit, reach / unit,
+                100 * statistics.MatchedShare(), static_cast<long long>(statistics.count));
 }
 
-std::string StatisticsHead(const char* matched) {
-  return Format("\n%-30s %10s %10s %10s %9s %12s\n", "", "median", "mean", "RMSE", matched,
-                "points");
+std::string StatisticsHead(const char* within, const char* matched) {
+  return Format("\n%-30s %10s %10s %10s %10s %9s %12s\n", "", "median", "mean", "RMSE", within,
+                matched, "points");
 }
 
-nlohmann::json StatisticsJson(const DistanceStatistics& statistics) {
+nlohmann::json StatisticsJson(const DistanceStatistics& statistics, double reach) {
   return {{"median", statistics.median},   {"mean", statistics.mean},
           {"rmse", statistics.rmse},       {"count", statistics.count},
-          {"matched", statistics.matched}, {"matched_share", statistics.MatchedShare()}};
+          {"matched", statistics.matched}, {"matched_share", statistics.MatchedShare()},
+          {"max_distance", reach}};
 }
 
 }  // namespace
@@ -57,19 +61,22 @@ std::string EvaluationReport(const Evaluation& evaluation) {
       report += Format(", scale %.8g", motion.scale);
     if (!evaluation.fit_converged) report += " (not converged)";
   }
-  report += "\n" + StatisticsHead("matched %");
-  report += StatisticsLine("accuracy (mesh to truth)", evaluation.accuracy, unit);
-  report += StatisticsLine("completeness (truth to mesh)", evaluation.completeness, unit);
+  report += "\n" + StatisticsHead("within", "matched %");
+  report += StatisticsLine("accuracy (mesh to truth)", evaluation.accuracy, evaluation.max_distance,
+                           unit);
+  report += StatisticsLine("completeness (truth to mesh)", evaluation.completeness,
+                           evaluation.max_distance, unit);
   if (evaluation.grouped) {
-    report += StatisticsLine("  near occlusion boundaries", evaluation.flagged, unit);
-    report += StatisticsLine("  the rest", evaluation.others, unit);
+    report += StatisticsLine("  near occlusion boundaries", evaluation.flagged,
+                             evaluation.max_distance, unit);
+    report += StatisticsLine("  the rest", evaluation.others, evaluation.max_distance, unit);
   }
   if (evaluation.other_distance) {
     const std::string other = NameOf(*evaluation.other_distance);
     report += StatisticsLine(("accuracy, " + other + " distance").c_str(),
-                             evaluation.other_accuracy, unit);
+                             evaluation.other_accuracy, evaluation.max_distance, unit);
     report += StatisticsLine(("completeness, " + other + " distance").c_str(),
-                             evaluation.other_completeness, unit);
+                             evaluation.other_completeness, evaluation.max_distance, unit);
   }
   report += Format("\n%-30s %10s %10s %10s\n", "threshold", "precision", "recall", "F1");
   for (const ThresholdScore& score : evaluation.scores) {
@@ -89,9 +96,10 @@ std::string DtuReport(const DtuEvaluation& evaluation, double unit) {
       static_cast<long long>(evaluation.mesh_points),
       static_cast<long long>(evaluation.truth_points), evaluation.spacing / unit,
       evaluation.cap / unit);
-  report += StatisticsHead("in cap %");
-  report += StatisticsLine("accuracy (mesh to truth)", evaluation.accuracy, unit);
-  report += StatisticsLine("completeness (truth to mesh)", evaluation.completeness, unit);
+  report += StatisticsHead("cap", "in cap %");
+  report += StatisticsLine("accuracy (mesh to truth)", evaluation.accuracy, evaluation.cap, unit);
+  report +=
+      StatisticsLine("completeness (truth to mesh)", evaluation.completeness, evaluation.cap, unit);
   const std::optional<double> overall = evaluation.Overall();
   report += overall ? Format("%-30s %10s %10.4g\n", "mean of both", "", *overall / unit)
                     : "no point within the cap on one side at least\n";
@@ -137,8 +145,8 @@ nlohmann::json ToJson(const DtuEvaluation& evaluation) {
           {"cap", evaluation.cap},
           {"mesh_points", evaluation.mesh_points},
           {"truth_points", evaluation.truth_points},
-          {"accuracy", StatisticsJson(evaluation.accuracy)},
-          {"completeness", StatisticsJson(evaluation.completeness)},
+          {"accuracy", StatisticsJson(evaluation.accuracy, evaluation.cap)},
+          {"completeness", StatisticsJson(evaluation.completeness, evaluation.cap)},
           {"overall", overall}};
 }
 
@@ -194,14 +202,15 @@ nlohmann::json ToJson(const Evaluation& evaluation) {
   }
   nlohmann::json other;  // null for a truth without normals
   if (evaluation.other_distance) {
-    other = {{"distance", NameOf(*evaluation.other_distance)},
-             {"accuracy", StatisticsJson(evaluation.other_accuracy)},
-             {"completeness", StatisticsJson(evaluation.other_completeness)}};
+    other = {
+        {"distance", NameOf(*evaluation.other_distance)},
+        {"accuracy", StatisticsJson(evaluation.other_accuracy, evaluation.max_distance)},
+        {"completeness", StatisticsJson(evaluation.other_completeness, evaluation.max_distance)}};
   }
   nlohmann::json boundary;  // null without flags
   if (evaluation.grouped) {
-    boundary = {{"near", StatisticsJson(evaluation.flagged)},
-                {"rest", StatisticsJson(evaluation.others)},
+    boundary = {{"near", StatisticsJson(evaluation.flagged, evaluation.max_distance)},
+                {"rest", StatisticsJson(evaluation.others, evaluation.max_distance)},
                 {"near_recall", evaluation.flagged_recall},
                 {"rest_recall", evaluation.others_recall}};
   }
@@ -215,8 +224,8 @@ nlohmann::json ToJson(const Evaluation& evaluation) {
           {"unit", evaluation.unit},
           {"max_distance", evaluation.max_distance},
           {"alignment", alignment},
-          {"accuracy", StatisticsJson(evaluation.accuracy)},
-          {"completeness", StatisticsJson(evaluation.completeness)},
+          {"accuracy", StatisticsJson(evaluation.accuracy, evaluation.max_distance)},
+          {"completeness", StatisticsJson(evaluation.completeness, evaluation.max_distance)},
           {"other_distance", other},
           {"boundary", boundary},
           {"scores", scores}};

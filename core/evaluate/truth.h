@@ -21,6 +21,12 @@ struct Truth {
 // Throws InputError.
 Truth ReadTruth(const std::filesystem::path& path);
 
+// How large the truth is, world units: the diameter of the ball about the truth's centre that holds 98 %
+// of its points (those of a mesh: spread evenly over its area). The centre is the mean of the 98 % that
+// are nearest to the mean of all. It follows the truth through any rigid motion and scale, and a few
+// points far off hardly change it. 0 for a single point or a mesh without area.
+double DiameterOf(const Truth& truth);
+
 // Throws InputError when the truth has no points, or normals that are not one per point.
 void CheckTruth(const Truth& truth);
 

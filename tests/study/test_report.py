@@ -67,3 +67,15 @@ def test_best_values_are_marked_and_failures_said(page: webdriver.Chrome) -> Non
     assert "failed (1 of 1)" in text
     assert "runs/relief-seed1/refused" in text
     assert "smooth.weight" in page.find_element(By.ID, "options").text
+
+
+def test_shares_that_matched_stand_beside_errors_and_ranks(page: webdriver.Chrome) -> None:
+    headings = page.execute_script(
+        "return [...document.querySelectorAll('#scene-relief thead th')].map(one => one.textContent)")
+    assert headings[1:8] == ["acc. mean", "acc. median", "compl. mean", "compl. median", "within",
+                             "acc. matched %", "compl. matched %"]
+    assert "matched %" in page.find_element(By.ID, "overview").text
+    first = page.execute_script(
+        "return [...document.querySelector('#ranks').tBodies[0].rows[0].cells].map(one => one.textContent)")
+    assert first[0].startswith("relief, acc. mean (within ")
+    assert first[1].endswith(" %") and first[3] == "–"

@@ -61,6 +61,29 @@ def test_tables_say_the_same(finished: Finished) -> None:
     assert {summary[name]["average_rank"] for name in ("weak", "strong")} <= {1, 1.25, 1.5, 1.75, 2}
 
 
+def test_errors_and_ranks_name_the_share_that_matched_and_within_what(finished: Finished) -> None:
+    output, _ = finished
+    of_run = {row["variant"]: row for row in runs_of(output) if not row["failed"]}
+    assert len({row["max_distance"] for row in of_run.values()}) == 1
+    evaluated = json.loads((output / "runs/relief-seed1/weak/evaluate.json").read_text())["result"]
+    assert of_run["weak"]["max_distance"] == evaluated["max_distance"] / evaluated["unit"]
+    with open(output / "ranks.csv", encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["measure"] for row in rows] == ["accuracy_mean", "accuracy_median", "completeness_mean",
+                                                "completeness_median"]
+    for row in rows:
+        side = row["measure"].split("_", maxsplit=1)[0]
+        assert float(row["max_distance"]) == of_run["weak"]["max_distance"]
+        assert {int(float(row[name])) for name in ("weak", "strong")} <= {1, 2}
+        for name in ("weak", "strong"):
+            assert 0 < float(row[f"{name}: matched"]) == of_run[name][f"{side}_matched"] <= 1
+        assert row["refused: matched"] == ""
+    summary = json.loads((output / "results.json").read_text())["summary"]
+    weak = next(line for line in summary if line["variant"] == "weak")
+    both = [of_run["weak"][f"{side}_matched"] for side in ("accuracy", "completeness")]
+    assert abs(weak["average_matched"] - sum(both) / 2) < 1e-12
+
+
 def test_the_same_study_again_does_nothing_and_an_edit_only_what_it_must(finished: Finished) -> None:
     output, _ = finished
     before = records(output)
