@@ -8,7 +8,6 @@
 #include "apps/run/run_output.h"
 #include "core/evaluate/evaluation.h"
 #include "core/support/error.h"
-#include "core/support/parallel.h"
 #include "core/synthetic/synthetic.h"
 #include "tests/test_scene.h"
 
@@ -180,7 +179,6 @@ TEST(Refinement, SameBytesForAnyNumberOfThreads) {
       ASSERT_EQ(many.vertices[v], one.vertices[v]) << threads << " threads, vertex " << v;
     }
   }
-  SetThreadCount(0);
 }
 
 TEST(Refinement, MeshOutsideEveryViewIsAnError) {

@@ -176,7 +176,7 @@ void RefineCommand::Run() {
   if (!options.pairs.file.empty()) {
     options.pairs.file = std::filesystem::absolute(options.pairs.file).string();
   }
-  SetThreadCount(options.threads);
+  const ThreadScope threads(options.threads);
   const OutputFolder output(output_path);
   const std::filesystem::path& folder = output.path();
   RefuseToReplaceTheMesh(folder);

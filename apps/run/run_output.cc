@@ -136,7 +136,7 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
                      {"pairs", result.selection_seconds},
                      {"refine", result.refinement.seconds},
                      {"total", total_seconds}};
-  json["threads"] = ThreadCount();
+  json["threads"] = ThreadsFor(options.threads);
   json["peak_memory_mib"] = std::round(PeakMemoryMib());
   json["memory"] = MemoryJson(inputs.memory);
   const bool any_round =
