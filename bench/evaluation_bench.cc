@@ -67,7 +67,7 @@ Frozen& TheFrozen() {
 
 void Evaluation(benchmark::State& state) {
   Frozen& frozen = TheFrozen();
-  SetThreadCount(static_cast<int>(state.range(1)));
+  const ThreadScope threads(static_cast<int>(state.range(1)));
   const std::unique_ptr<PhotometricRound> round =
       frozen.energies[state.range(2)]->FreezeRound(frozen.context);
   round->FinishFreeze();
@@ -98,7 +98,7 @@ BENCHMARK(Evaluation)
 
 void Visibility(benchmark::State& state) {
   Frozen& frozen = TheFrozen();
-  SetThreadCount(static_cast<int>(state.range(0)));
+  const ThreadScope threads(static_cast<int>(state.range(0)));
   std::vector<ViewDomain> domains;
   for (auto _ : state) {
     FreezeRound(frozen.views, frozen.pairs, frozen.mesh, Motion::kNormal, 3, &domains);

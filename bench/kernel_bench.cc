@@ -153,7 +153,7 @@ BENCHMARK(Pencils)->Unit(benchmark::kMicrosecond);
 
 // Masks of a view with a depth step every 32 columns.
 void Masks(benchmark::State& state) {
-  SetThreadCount(1);
+  const ThreadScope threads(1);
   DepthPlanes planes;
   planes.width = kWidth;
   planes.height = kHeight;
@@ -169,7 +169,6 @@ void Masks(benchmark::State& state) {
   }
   state.counters["pixels_per_s"] = benchmark::Counter(
       static_cast<double>(state.iterations()) * kWidth * kHeight, benchmark::Counter::kIsRate);
-  SetThreadCount(0);
 }
 BENCHMARK(Masks)->Unit(benchmark::kMicrosecond);
 

@@ -83,6 +83,8 @@ int64_t AddTileDouble(const PairInput<double>& input, const Tile& tile, bool der
                      : AddTileRows<false>(input, tile, rows, fields);
 }
 
+const char* TargetName() { return hwy::TargetName(HWY_TARGET); }
+
 }  // namespace HWY_NAMESPACE
 }  // namespace burin
 HWY_AFTER_NAMESPACE();
@@ -92,6 +94,9 @@ namespace burin {
 
 HWY_EXPORT(AddTileFloat);
 HWY_EXPORT(AddTileDouble);
+HWY_EXPORT(TargetName);
+
+std::string KernelInstructionSet() { return HWY_DYNAMIC_DISPATCH(TargetName)(); }
 
 template <typename T>
 void PixelFields<T>::Resize(size_t size, bool derivatives, bool weights) {

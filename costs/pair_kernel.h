@@ -31,6 +31,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "core/visibility/partner_bits.h"
@@ -93,6 +94,10 @@ class PairKernel {
  private:
   std::unique_ptr<KernelRows<T>> rows_;
 };
+
+// The instruction set that the kernels run with on this machine, "AVX2" for one. Results are the same
+// bytes on machines where it is the same.
+std::string KernelInstructionSet();
 
 extern template class PairKernel<float>;
 extern template class PairKernel<double>;

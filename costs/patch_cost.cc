@@ -87,6 +87,8 @@ void PatchCost::Linearize() {
   if (!valid_) return;
   Eigen::VectorXd r = factor.matrixL().solve(system.gradient);
   const double squared = r.squaredNorm();
+  valid_ = std::isfinite(squared + system.cost);  // as where a facet is turned edge-on
+  if (!valid_) return;
   double beta = 1;
   if (squared > 2 * system.cost) {
     if (system.cost <= 0) {  // by rounding: its windows agree

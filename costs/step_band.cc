@@ -15,12 +15,12 @@ constexpr int kFacetGrain = 512;
 constexpr int kRowGrain = 16;
 
 // Whether the depth at `to` is off the plane of `from` by `limit` = plane_px / focal or more, in
-// units of the depth at `from`.
+// units of the depth at `from`. What is not a number is off.
 bool OffPlane(const DepthPlanes& planes, size_t from, size_t to, int dx, int dy, double limit) {
   const double centre = planes.inverse_depth[from];
   const double tap = planes.inverse_depth[to];
   const double predicted = centre + dx * planes.slope_x[from] + dy * planes.slope_y[from];
-  return predicted <= 0 || std::abs(predicted - tap) * centre >= limit * tap * predicted;
+  return !(predicted > 0 && std::abs(predicted - tap) * centre < limit * tap * predicted);
 }
 
 bool IsStep(const DepthPlanes& planes, const std::vector<uint8_t>& open_border, size_t a, size_t b,

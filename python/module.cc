@@ -25,6 +25,7 @@
 #include "core/scene/formats/view_names.h"
 #include "core/support/error.h"
 #include "core/support/json_file.h"
+#include "core/support/parallel.h"
 #include "core/support/stopwatch.h"
 #include "python/arrays.h"
 
@@ -209,6 +210,7 @@ py::dict Select(const Scene& scene, const py::array& vertices, const py::array& 
   {
     const py::gil_scoped_release release;
     given.Check();
+    const ThreadScope threads(given.threads);
     selection = SelectPairs(scene, mesh, given.pairs);
   }
   py::dict out;

@@ -203,11 +203,10 @@ TEST(Colmap, ThreadCountDoesNotMatter) {
   WriteColmapScene(TinyScene(), folder.path(), false);
   WriteBytes(folder.path() / "sparse/cameras.txt",
              "1 OPENCV 6 4 5 5 3 2 -0.3 0.1 0.02 -0.03\n2 RADIAL 6 4 5 3 2 -0.2 0\n");
-  SetThreadCount(1);
+  const ThreadScope one_thread(1);
   const Scene one = LoadScene({folder.path(), {}, {}});
-  SetThreadCount(2);
+  const ThreadScope two_threads(2);
   const Scene two = LoadScene({folder.path(), {}, {}});
-  SetThreadCount(0);
   ExpectSameScene(one, two);
 }
 

@@ -220,13 +220,12 @@ TEST(Evaluation, SameBytesForAnyThreadCount) {
   const Truth truth = CloudTruth(Relief(30), 20000, true);
   EvaluationOptions options = Options("0.002,0.01");
   options.align = AlignmentKind::kRigid;
-  SetThreadCount(1);
+  const ThreadScope one_thread(1);
   const std::string one = ToJson(EvaluateMesh(mesh, truth, options)).dump();
   const std::vector<double> errors_one = VertexErrors(mesh, truth);
-  SetThreadCount(2);
+  const ThreadScope two_threads(2);
   EXPECT_EQ(ToJson(EvaluateMesh(mesh, truth, options)).dump(), one);
   EXPECT_EQ(VertexErrors(mesh, truth), errors_one);
-  SetThreadCount(0);
 }
 
 TEST(Evaluation, VertexErrorsHaveSigns) {

@@ -182,7 +182,7 @@ TEST_F(MeshIo, TextFormatsAsOthersWriteThem) {
   ExpectSame(ReadMesh(Write("b.off", "OFF 4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3")), quad);
 }
 
-TEST_F(MeshIo, NonManifoldFacesAreKeptAndCounted) {
+TEST_F(MeshIo, NonManifoldFacesAreKeptAndDegenerateOnesDroppedAndCounted) {
   // Three sheets on edge 0-1, one of them twice, one flat on a line, one that repeats a vertex.
   MeshReport report;
   const TriangleMesh mesh = ReadMesh(Write("a.off",
@@ -190,15 +190,33 @@ TEST_F(MeshIo, NonManifoldFacesAreKeptAndCounted) {
                                            "2 0 0\n0 0 1\n3 0 1 2\n3 0 1 3\n3 0 1 4\n3 1 4 0\n"
                                            "3 0 1 5\n3 2 2 3\n"),
                                      &report);
-  EXPECT_EQ(mesh.faces.size(), 5U);
-  EXPECT_EQ(report.face_count, 5);
+  EXPECT_EQ(mesh.faces.size(), 4U);
+  EXPECT_EQ(report.face_count, 4);
   EXPECT_EQ(report.nonmanifold_edge_count, 1);
   EXPECT_EQ(report.degenerate_face_count, 2);
   EXPECT_EQ(report.duplicate_face_count, 1);
   EXPECT_EQ(report.duplicate_vertex_count, 1);
-  EXPECT_EQ(report.unreferenced_vertex_count, 1);
+  EXPECT_EQ(report.unreferenced_vertex_count, 2);
   EXPECT_EQ(report.component_count, 1);
   EXPECT_THAT(report.Brief(), HasSubstr("2 degenerate faces, 1 duplicate faces"));
+}
+
+// Two strips with a row of facets between them that two corners at one place make areas of nothing.
+TEST_F(MeshIo, FacesOfNoAreaLeaveNoSlit) {
+  MeshReport report;
+  const TriangleMesh mesh =
+      ReadMesh(Write("a.off",
+                     "OFF\n6 4 0\n0 0 0\n1 0 0\n0.5 1 0\n1 0 0\n0 0 0\n0.5 -1 0\n3 0 1 2\n"
+                     "3 3 4 5\n3 0 4 1\n3 4 3 1\n"),
+               &report);
+  EXPECT_EQ(report.face_count, 2);
+  EXPECT_EQ(report.degenerate_face_count, 2);
+  EXPECT_EQ(report.boundary_edge_count, 4);
+  EXPECT_EQ(mesh.vertices.size(), 6U);
+}
+
+TEST_F(MeshIo, FacesOfNoAreaOnlyAreRefused) {
+  EXPECT_THROW(ReadMesh(Write("a.off", "OFF\n3 1 0\n0 0 0\n1 1 1\n2 2 2\n3 0 1 2\n")), InputError);
 }
 
 TEST_F(MeshIo, MinorityOfFlippedFacesIsTurned) {

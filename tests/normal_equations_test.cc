@@ -295,12 +295,11 @@ TEST(NormalEquations, ConstantBlocksStay) {
 // Several batches of residual blocks, so that rows are added to in more than one.
 TEST(NormalEquations, SameBytesForAnyNumberOfThreads) {
   for (const Motion motion : {Motion::kNormal, Motion::kFree}) {
-    SetThreadCount(1);
     std::unique_ptr<Eigen::VectorXd> gradient_one;
     std::vector<double> values_one;
     double cost_one = 0;
     for (const int threads : {1, 2, 4}) {
-      SetThreadCount(threads);
+      const ThreadScope scope(threads);
       Round round(motion);
       for (int repeat = 0; repeat < 40; ++repeat) {
         round.smoothness->AddResiduals(round.problem.get(), &round.parameters);
@@ -321,7 +320,6 @@ TEST(NormalEquations, SameBytesForAnyNumberOfThreads) {
       }
     }
   }
-  SetThreadCount(0);
 }
 
 }  // namespace

@@ -375,11 +375,11 @@ TEST(Photometric, SinglePrecisionAgreesWithDouble) {
 
 TEST(Photometric, SameBytesForAnyNumberOfThreads) {
   Fixture fixture(Motion::kNormal, 0, false);
-  SetThreadCount(1);
+  const ThreadScope one_thread(1);
   const double one = fixture.energy->Evaluate(fixture.mesh.vertices, true);
   const auto sums = fixture.energy->corner_sums();
   for (int threads : {2, 4}) {
-    SetThreadCount(threads);
+    const ThreadScope scope(threads);
     fixture.energy = fixture.term->FreezeRound(fixture.context);
     EXPECT_EQ(fixture.energy->Evaluate(fixture.mesh.vertices, true), one);
     for (size_t c = 0; c < sums.size(); ++c) {
@@ -387,7 +387,6 @@ TEST(Photometric, SameBytesForAnyNumberOfThreads) {
       ASSERT_EQ(fixture.energy->corner_sums()[c].curvature[4], sums[c].curvature[4]);
     }
   }
-  SetThreadCount(0);
 }
 
 }  // namespace

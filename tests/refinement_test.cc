@@ -10,7 +10,6 @@
 #include "apps/run/run_output.h"
 #include "core/evaluate/evaluation.h"
 #include "core/support/error.h"
-#include "core/support/parallel.h"
 #include "core/synthetic/synthetic.h"
 #include "tests/test_scene.h"
 
@@ -196,7 +195,50 @@ TEST(Refinement, SameBytesForAnyNumberOfThreads) {
       ASSERT_EQ(many.vertices[v], one.vertices[v]) << threads << " threads, vertex " << v;
     }
   }
-  SetThreadCount(0);
+}
+
+// Vertices that no pair sees are in the problem and do not move. Counted, they had `bfgs` refused early.
+TEST(Refinement, UnknownsAreThoseOfTheVerticesThatMove) {
+  TriangleMesh mesh = Relief().init;
+  test::AppendGrid(&mesh, 90, 30, 0, 1, [](double, double) { return 0.0; });  // out of every view
+  ASSERT_GT(mesh.vertices.size(), 8000U);
+  for (const Motion motion : {Motion::kNormal, Motion::kFree}) {
+    PipelineOptions options;
+    options.refinement.motion = motion;
+    options.refinement.level.count = 1;
+    options.refinement.level.finest = 2;
+    options.refinement.level.max_facet_px = 1e9;
+    options.refinement.level.max_edge_px = 0;
+    options.refinement.solver.type = "bfgs";
+    options.refinement.solver.max_iterations = 1;
+    int rounds = 0;
+    PipelineParts parts;
+    parts.solve_round = [&](const FrozenRound& round) {
+      const RoundContext& context = *round.context;
+      int moving = 0;
+      for (size_t v = 0; v < context.normals.size(); ++v) {
+        if (context.was_supported[v] != 0 && !context.normals[v].isZero()) ++moving;
+      }
+      EXPECT_EQ(round.unknowns, motion == Motion::kFree ? 3 * moving : moving);
+      ++rounds;
+      return round.solve("bfgs", {});
+    };
+    RunPipeline(Relief().scene, mesh, options, parts);
+    EXPECT_GT(rounds, 0);
+  }
+}
+
+TEST(Refinement, ACapOfFacesIsKeptAndTold) {
+  PipelineOptions options;
+  options.refinement.level.count = 2;
+  options.refinement.level.max_faces = 1000;
+  const PipelineResult capped = RunPipeline(Relief().scene, Relief().init, options);
+  EXPECT_LT(capped.mesh.faces.size(), 1010U);
+  EXPECT_FALSE(capped.refinement.levels.back().reached_bound);
+  options.refinement.level.max_faces = PipelineOptions().refinement.level.max_faces;
+  EXPECT_TRUE(RunPipeline(Relief().scene, Relief().init, options)
+                  .refinement.levels.back()
+                  .reached_bound);
 }
 
 TEST(Refinement, MeshOutsideEveryViewIsAnError) {

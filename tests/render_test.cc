@@ -154,11 +154,10 @@ TEST(RenderShaded, ShowsFormAndBackground) {
 TEST(RenderShaded, SameBytesForAnyThreadCount) {
   const Camera camera = TestCamera();
   const TriangleMesh mesh = SphereAt(camera.Center() + 4 * camera.Ray(40, 30), 1, 20);
-  SetThreadCount(1);
+  const ThreadScope one_thread(1);
   const cv::Mat3b one = RenderShaded(mesh, camera);
-  SetThreadCount(2);
+  const ThreadScope two_threads(2);
   EXPECT_TRUE(SameBytes(one, RenderShaded(mesh, camera)));
-  SetThreadCount(0);
 }
 
 TEST(RenderVertexScalar, ColoursFollowTheScale) {

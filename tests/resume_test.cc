@@ -182,6 +182,36 @@ TEST_F(ResumeTest, GoesOnFromAnyFolderWithTheSameSettings) {
   EXPECT_EQ(summary["options"]["pairs.file"], In("pairs/pairs.json"));
 }
 
+// As on a machine with less memory free and another instruction set than the one that the run began on.
+TEST_F(ResumeTest, GoesOnOnAnotherMachine) {
+  ASSERT_EQ(Run(Refine("whole")).exit_code, 0);
+  std::vector<std::string> arguments = Refine("run");
+  arguments.insert(arguments.end(), {"--memory.limit_gb", "8"});
+  const pid_t child = Start(arguments);
+  WaitForRounds(1);
+  kill(child, SIGINT);
+  Wait(child);
+  Checkpoint checkpoint = ReadCheckpoint(CheckpointPath(In("run")));
+  ASSERT_TRUE(checkpoint.state.has_value());
+  checkpoint.instruction_set = "ABACUS";
+  WriteCheckpoint(CheckpointPath(In("run")), checkpoint);
+  arguments = Resume("run");
+  arguments.insert(arguments.end(), {"--run.threads", "1", "--memory.limit_gb"});
+  arguments.emplace_back("0.001");
+  const Outcome refused = Run(arguments);
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_THAT(refused.err, HasSubstr("memory.limit_gb"));
+  arguments.back() = "16";
+  const Outcome resumed = Run(arguments);
+  ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_THAT(resumed.err, HasSubstr("the run so far used ABACUS, this machine has "));
+  EXPECT_EQ(Mesh("run"), Mesh("whole"));
+  const auto summary = nlohmann::json::parse(ReadAll(In("run/summary.json")));
+  EXPECT_EQ(summary["options"]["memory.limit_gb"], 16);
+  EXPECT_EQ(summary["options"]["run.threads"], 1);
+  EXPECT_NE(summary["instruction_set"], "ABACUS");
+}
+
 // Neither by a second run nor by itself does a run lose what it needs to go on.
 TEST_F(ResumeTest, TheFolderAndTheMeshOfARunAreItsOwn) {
   const pid_t child = Start(Refine("run"));
@@ -219,7 +249,7 @@ TEST_F(ResumeTest, WhatCannotBeResumedIsRefused) {
         std::vector<std::string>{"--config", config}}) {
     arguments = Resume("run");
     arguments.insert(arguments.end(), more.begin(), more.end());
-    ExpectRefused(arguments, {"only --run.threads may be given"});
+    ExpectRefused(arguments, {"only --run.threads and --memory.limit_gb may be given"});
   }
   ExpectRefused({"refine", "--resume", ""}, {"--resume: must name a folder"});
   const std::string whole = ReadAll(In("run/checkpoint.cbor"));

@@ -171,7 +171,7 @@ TEST(PairSelection, TheSameForAnyNumberOfThreads) {
   }
   std::string before;
   for (const int threads : {1, 2, 4}) {
-    SetThreadCount(threads);
+    const ThreadScope scope(threads);
     const PairSurvey survey = SurveyPairs(scene, test::OccluderMesh(), SurveyOptions());
     const PairSelection selection =
         SelectPairs(scene, test::OccluderMesh(), Method(PairsMethod::kPaper, 1), &survey);
@@ -179,7 +179,6 @@ TEST(PairSelection, TheSameForAnyNumberOfThreads) {
     EXPECT_TRUE(before.empty() || json == before) << threads;
     before = json;
   }
-  SetThreadCount(0);
 }
 
 TEST(PairSelection, MeshMethodsNameTheFailingTest) {

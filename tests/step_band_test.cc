@@ -227,11 +227,10 @@ TEST(StepBand, TheEnergyLeavesThemOutFromTheSecondLevelOn) {
 
 TEST(StepBand, TheSameForAnyNumberOfThreads) {
   const Scene scene;
-  SetThreadCount(1);
+  const ThreadScope one_thread(1);
   const std::vector<PartnerBits> one = scene.Without(3);
-  SetThreadCount(4);
+  const ThreadScope four_threads(4);
   const std::vector<PartnerBits> four = scene.Without(3);
-  SetThreadCount(0);
   EXPECT_TRUE(one == four);
 }
 

@@ -279,9 +279,9 @@ TEST(SplitLargeFaces, SameBytesForAnyThreadCount) {
   const std::vector<Camera> cameras = {LookAt({0, 0, 1}, {0, 0, 0}), LookAt({2, 1, 1}, {0, 0, 0})};
   TriangleMesh one = Relief(12);
   TriangleMesh two = one;
-  SetThreadCount(1);
+  const ThreadScope one_thread(1);
   SplitLargeFaces(&one, cameras, {});
-  SetThreadCount(0);
+  const ThreadScope all_cores(0);
   SplitLargeFaces(&two, cameras, {});
   EXPECT_EQ(one.faces, two.faces);
   EXPECT_EQ(one.vertices, two.vertices);

@@ -181,11 +181,10 @@ double HiddenShare(const SyntheticScene& synthetic, int i, int j) {
 TEST(Synthetic, SameSeedGivesTheSameBytesForAnyThreadCount) {
   for (const SyntheticKind scene : kAll) {
     SCOPED_TRACE(NameOf(scene));
-    SetThreadCount(1);
+    const ThreadScope one_thread(1);
     const std::string once = Bytes(MakeSmallScene(scene));
-    SetThreadCount(2);
+    const ThreadScope two_threads(2);
     const std::string again = Bytes(SmallScene(scene));
-    SetThreadCount(0);
     EXPECT_TRUE(once == again);
   }
 }

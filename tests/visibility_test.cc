@@ -115,5 +115,34 @@ TEST(Visibility, FacetsSeenFromBehindAreNoPartOfTheDomain) {
   EXPECT_TRUE(domains[0].pixel.empty());
 }
 
+// Facets whose plane goes through a camera's centre, to rounding, on its lines of pixel centres: rays meet
+// some of them and their planes say nothing. Points there were not a number, which passed every comparison
+// and became an index, or a ray.
+TEST(Visibility, FacetsSeenEdgeOnAreNoSurface) {
+  const std::vector<Camera> cameras = {test::LookAt({0.13, 0.07, 3.1}, {0.13, 0.07, 0}, 97, 81, 90),
+                                       test::LookAt({0.61, 0.21, 2.9}, {0, 0, 0}, 97, 81, 90)};
+  const ViewRays rays(cameras[0]);
+  for (const double spread : {0.4, 1e-3, 1e-9, 0.0}) {
+    test::Random random(5);
+    TriangleMesh mesh;
+    test::AppendGrid(&mesh, 6, 0, 0, 1.3, [](double, double) { return 0.0; });
+    const auto wall_faces = static_cast<int>(mesh.faces.size());
+    for (int line = 0; line < 4 * cameras[0].height; ++line) {
+      const auto base = static_cast<int>(mesh.vertices.size());
+      for (int c = 0; c < 3; ++c) {
+        const double depth = 2.5 + spread * random.Uniform();
+        const Eigen::Vector3d pixel(48.5 + 48 * random.Uniform(), line / 4 + 0.5, 1);
+        mesh.vertices.push_back(rays.center + depth * (rays.ray_from_pixel * pixel));
+      }
+      mesh.faces.emplace_back(base, base + 1, base + 2);
+      mesh.faces.emplace_back(base, base + 2, base + 1);
+    }
+    const auto domains = RayCaster(mesh).Cast(cameras, {{0, 1}, {1, 0}}, 0);
+    EXPECT_GT(domains[0].pair_pixels[0], 0);
+    EXPECT_GT(domains[1].pair_pixels[0], 0);
+    for (const int facet : domains[0].facet) EXPECT_LT(facet, wall_faces);
+  }
+}
+
 }  // namespace
 }  // namespace burin

@@ -65,6 +65,7 @@ void CompareCommand::Run() {
   pipeline.Check();
   compare.Names();
   compare.evaluation.Thresholds();
+  const ThreadScope threads(pipeline.threads);
   const OutputFolder output(output_path);
   const std::filesystem::path& folder = output.path();
   MeshReport report;

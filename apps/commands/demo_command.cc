@@ -21,6 +21,7 @@
 #include "core/support/atomic_file.h"
 #include "core/support/error.h"
 #include "core/support/json_file.h"
+#include "core/support/parallel.h"
 #include "core/synthetic/synthetic.h"
 #include "core/visibility/render.h"
 #include "costs/warp_picture.h"
@@ -74,6 +75,7 @@ void DemoCommand::Run() {
   std::error_code error;
   std::filesystem::create_directories(folder / "scene", error);
   if (error) throw InputError(folder, "cannot be made: " + error.message());
+  const ThreadScope threads(options.threads);
 
   Progress progress;
   progress.Begin(1);

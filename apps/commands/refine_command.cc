@@ -1,12 +1,15 @@
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "apps/commands/command.h"
@@ -28,9 +31,13 @@
 #include "core/support/parallel.h"
 #include "core/support/stopwatch.h"
 #include "core/visibility/render.h"
+#include "costs/pair_kernel.h"
 
 namespace burin {
 namespace {
+
+// They do not change the result.
+constexpr const char* kFreeOnResume[] = {"--run.threads", "--memory.limit_gb"};
 
 struct RefineCommand {
   PipelineOptions options;
@@ -84,6 +91,14 @@ std::string UndoneText(const LevelSummary& level) {
   return text.str();
 }
 
+std::string UnsplitText(const LevelSummary& level) {
+  std::ostringstream text;
+  text << "level " << level.width << "x" << level.height << ": splitting stopped at " << level.faces
+       << " faces (level.max_faces, or edges too short to split); some are larger than"
+       << " level.max_facet_px or level.max_edge_px";
+  return text.str();
+}
+
 // A run that has been finished in this folder and not begun anew.
 bool IsComplete(const std::filesystem::path& folder) {
   std::error_code error;
@@ -115,14 +130,21 @@ void RefineCommand::WritePictures(const std::filesystem::path& folder, const Sce
 }
 
 void RefineCommand::TakeFrom(const Checkpoint& checkpoint) {
-  const int threads = options.threads;
-  const bool threads_given = given == std::vector<std::string>{"--run.threads"};
-  if (!given.empty() && !threads_given) {
-    throw InputError("--resume: goes on with the options of the run in " + resume_path +
-                     "; only --run.threads may be given");
+  std::vector<std::pair<Option*, std::string>> kept;
+  for (const std::string& flag : given) {
+    Option* option = set.Find(flag.substr(2));
+    if (std::find(std::begin(kFreeOnResume), std::end(kFreeOnResume), flag) ==
+        std::end(kFreeOnResume)) {
+      throw InputError("--resume: goes on with the options of the run in " + resume_path +
+                       "; only --run.threads and --memory.limit_gb may be given");
+    }
+    kept.emplace_back(option, option->Text());
   }
   ParseConfig(checkpoint.config, CheckpointPath(resume_path).string(), &set);
-  if (threads_given) options.threads = threads;
+  for (const auto& [option, text] : kept) {
+    std::string ignored;  // it was accepted once
+    option->Set(text, &ignored);
+  }
   output_path = resume_path;
   source = checkpoint.source;
   mesh_path = checkpoint.mesh_path;
@@ -138,6 +160,7 @@ Checkpoint RefineCommand::FirstCheckpoint(const Scene& scene, const TriangleMesh
   checkpoint.mesh_path = std::filesystem::absolute(mesh_path).string();
   checkpoint.config = ConfigText(set);
   checkpoint.inputs = InputsFingerprint(scene, mesh);
+  checkpoint.instruction_set = KernelInstructionSet();
   checkpoint.pictures = pictures;
   checkpoint.debug_images = debug_images;
   checkpoint.level_meshes = level_meshes;
@@ -176,7 +199,7 @@ void RefineCommand::Run() {
   if (!options.pairs.file.empty()) {
     options.pairs.file = std::filesystem::absolute(options.pairs.file).string();
   }
-  SetThreadCount(options.threads);
+  const ThreadScope threads(options.threads);
   const OutputFolder output(output_path);
   const std::filesystem::path& folder = output.path();
   RefuseToReplaceTheMesh(folder);
@@ -187,6 +210,8 @@ void RefineCommand::Run() {
   const Scene scene = LoadScene(source.Source());
   CheckMeshIsSeen(scene, mesh, mesh_path);
   if (!resume_path.empty()) CheckUnchanged(checkpoint, scene, mesh);
+  const std::string instruction_set = KernelInstructionSet();
+  const std::string before = std::exchange(checkpoint.instruction_set, instruction_set);
   signals.ThrowIfCaught();
   inputs.command_line = "burin refine " + source.Text() + " --mesh " + mesh_path + " --output " +
                         output_path + " --config " + (folder / "config.toml").string();
@@ -201,6 +226,10 @@ void RefineCommand::Run() {
   progress.Begin(1);
   progress.Line("read " + std::to_string(scene.views.size()) + " views, " +
                 std::to_string(scene.points.size()) + " points; mesh: " + report.Brief());
+  if (checkpoint.state.has_value() && before != instruction_set) {
+    progress.Line("the run so far used " + before + ", this machine has " + instruction_set +
+                  ": the result may differ in its last digits from that of one machine");
+  }
   std::vector<std::string> names;
   for (const View& view : scene.views) names.push_back(view.name);
   const std::filesystem::path checkpoint_path = CheckpointPath(folder);
@@ -225,6 +254,7 @@ void RefineCommand::Run() {
     return signals.Caught() == 0;
   };
   parts.observers.on_level = [&](const LevelSummary& level, const TriangleMesh& now) {
+    if (!level.reached_bound) progress.Line(UnsplitText(level));
     if (level.undone) progress.Line(UndoneText(level));
     if (!level_meshes) return;
     WriteMesh(LevelPath(folder, level.level), now);
@@ -302,7 +332,7 @@ void AddRefineCommand(Program* program) {
   Argument resume =
       command.Text("--resume", "DIR", &state->resume_path,
                    "instead of all that: go on with the interrupted run in this folder, to the "
-                   "same mesh; --run.threads may be given");
+                   "same mesh; --run.threads and --memory.limit_gb may be given");
   for (const Argument& other : {mesh, output, pictures, level_meshes, debug_images}) {
     resume.Excludes(other);
   }

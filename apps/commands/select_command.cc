@@ -57,7 +57,7 @@ Coverage CoverageOf(const PairSurvey& survey, const PairsRecipe& recipe,
 
 void SelectCommand::Run() {
   options.pairs.Check();
-  SetThreadCount(options.threads);
+  const ThreadScope threads(options.threads);
   const OutputFolder output(output_path);
   const std::filesystem::path& folder = output.path();
   const Scene scene = LoadScene(source.Source(), /*with_images=*/false);

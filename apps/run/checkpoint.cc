@@ -29,7 +29,7 @@ namespace {
 using nlohmann::json;
 
 // Raise it whenever the content of the file changes: a program reads checkpoints of its own version only.
-constexpr int kVersion = 3;
+constexpr int kVersion = 4;
 
 std::string Hexadecimal(uint64_t number) {
   char text[24];
@@ -76,6 +76,7 @@ void WriteCheckpoint(const std::filesystem::path& path, const Checkpoint& checkp
                {"masks", checkpoint.source.masks},
                {"config", checkpoint.config},
                {"inputs", checkpoint.inputs},
+               {"instruction_set", checkpoint.instruction_set},
                {"pictures", checkpoint.pictures},
                {"debug_images", checkpoint.debug_images},
                {"level_meshes", checkpoint.level_meshes},
@@ -108,6 +109,7 @@ Checkpoint ReadCheckpoint(const std::filesystem::path& path) {
     body.at("masks").get_to(checkpoint.source.masks);
     body.at("config").get_to(checkpoint.config);
     body.at("inputs").get_to(checkpoint.inputs);
+    body.at("instruction_set").get_to(checkpoint.instruction_set);
     body.at("pictures").get_to(checkpoint.pictures);
     body.at("debug_images").get_to(checkpoint.debug_images);
     body.at("level_meshes").get_to(checkpoint.level_meshes);

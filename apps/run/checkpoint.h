@@ -16,10 +16,11 @@
 namespace burin {
 
 struct Checkpoint {
-  SceneArguments source;  // absolute
-  std::string mesh_path;  // absolute
-  std::string config;     // every option, as TOML
-  std::string inputs;     // InputsFingerprint
+  SceneArguments source;        // absolute
+  std::string mesh_path;        // absolute
+  std::string config;           // every option, as TOML
+  std::string inputs;           // InputsFingerprint
+  std::string instruction_set;  // KernelInstructionSet of the machine that wrote the state
   bool pictures = false;
   bool debug_images = false;
   bool level_meshes = false;

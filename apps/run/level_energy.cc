@@ -39,7 +39,7 @@ struct LevelEnergy::Impl {
        const PipelineOptions& o, int level)
       : options(o), photometric(o.photo), smoothness(o.smooth) {
     options.Check();
-    SetThreadCount(options.threads);
+    const ThreadScope threads(options.threads);
     CheckLevel(scene, level, options.photo.window);
     if (const std::string fault = PairsFault(pairs, scene); !fault.empty()) throw InputError(fault);
     normalized = NormalizedWorld::Of(scene, world);
@@ -81,7 +81,7 @@ struct LevelEnergy::Impl {
     equations->SetPlus(start, x);
   }
 
-  std::mutex mutex;  // held while a call uses what is below
+  std::mutex mutex;  // held, by InUse, while a call uses what is below
   PipelineOptions options;
   PhotometricEnergy photometric;
   SmoothnessEnergy smoothness;
@@ -98,6 +98,16 @@ struct LevelEnergy::Impl {
   std::vector<int> vertex_of_unknown;
 };
 
+// A call that uses what Impl holds, in the run's threads.
+class LevelEnergy::InUse {
+ public:
+  explicit InUse(Impl* impl) : lock_(impl->mutex), threads_(impl->options.threads) {}
+
+ private:
+  const std::lock_guard<std::mutex> lock_;
+  const ThreadScope threads_;
+};
+
 LevelEnergy::LevelEnergy(const Scene& scene, const TriangleMesh& mesh,
                          const std::vector<CameraPair>& pairs, const PipelineOptions& options,
                          int level)
@@ -111,7 +121,7 @@ const std::vector<int>& LevelEnergy::vertex_of_unknown() const { return impl_->v
 const std::vector<Eigen::Vector3d>& LevelEnergy::normals() const { return impl_->context.normals; }
 
 double LevelEnergy::Evaluate(const Eigen::VectorXd& x, Eigen::VectorXd* gradient) {
-  const std::lock_guard<std::mutex> lock(impl_->mutex);
+  const InUse in_use(impl_.get());
   impl_->MoveTo(x);
   double energy = 0;
   gradient->resize(unknowns());
@@ -121,7 +131,7 @@ double LevelEnergy::Evaluate(const Eigen::VectorXd& x, Eigen::VectorXd* gradient
 
 SymmetricMatrix LevelEnergy::Linearize(const Eigen::VectorXd& x, double* energy,
                                        Eigen::VectorXd* gradient) {
-  const std::lock_guard<std::mutex> lock(impl_->mutex);
+  const InUse in_use(impl_.get());
   impl_->MoveTo(x);
   gradient->resize(unknowns());
   if (!impl_->equations->Evaluate(energy, gradient)) *energy = std::nan("");
@@ -129,19 +139,19 @@ SymmetricMatrix LevelEnergy::Linearize(const Eigen::VectorXd& x, double* energy,
 }
 
 nlohmann::json LevelEnergy::Terms(const Eigen::VectorXd& x) {
-  const std::lock_guard<std::mutex> lock(impl_->mutex);
+  const InUse in_use(impl_.get());
   impl_->MoveTo(x);
   return impl_->round->EnergyByTerm();
 }
 
 std::vector<Eigen::Vector3d> LevelEnergy::VerticesAt(const Eigen::VectorXd& x) const {
-  const std::lock_guard<std::mutex> lock(impl_->mutex);
+  const InUse in_use(impl_.get());
   impl_->MoveTo(x);
   return impl_->normalized.ToWorld({impl_->parameters.vertices, {}}).vertices;
 }
 
 LevelEnergy::Solution LevelEnergy::Solve(const std::string& strategy) {
-  const std::lock_guard<std::mutex> lock(impl_->mutex);
+  const InUse in_use(impl_.get());
   const SolverOptions& solver = impl_->options.refinement.solver;
   const RoundTrial trial = impl_->round->Try(StrategyFor(strategy, unknowns(), solver), solver,
                                              impl_->mesh.vertices, {});
@@ -161,7 +171,7 @@ LevelEnergy::Solution LevelEnergy::Solve(const std::string& strategy) {
 }
 
 cv::Mat1i LevelEnergy::KeptTaps(int view) {
-  const std::lock_guard<std::mutex> lock(impl_->mutex);
+  const InUse in_use(impl_.get());
   if (view < 0 || view >= static_cast<int>(impl_->views.size())) {
     throw InputError("there is no view " + std::to_string(view));
   }

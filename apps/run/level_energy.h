@@ -62,6 +62,7 @@ class LevelEnergy {
 
  private:
   struct Impl;
+  class InUse;
   std::unique_ptr<Impl> impl_;
 };
 

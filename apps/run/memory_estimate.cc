@@ -235,7 +235,7 @@ MemoryEstimate EstimateMemory(const Scene& scene, const TriangleMesh& mesh,
     load.scene_bytes *= static_cast<double>(scene.views[0].gray.elemSize());
   }
   load.points = static_cast<double>(scene.points.size());
-  load.threads = ThreadCount();
+  load.threads = ThreadsFor(options.threads);
   load.field_bytes = options.photo.double_precision ? 8 : 4;
   load.unknowns_per_vertex = options.refinement.motion == Motion::kFree ? 3 : 1;
   load.masks = options.photo.mask.mode != MaskMode::kNone;

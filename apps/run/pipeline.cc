@@ -85,7 +85,7 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
                            const PipelineOptions& options, const PipelineParts& parts) {
   const PipelineOptions checked = options;  // an observer may change the caller's
   checked.Check();
-  SetThreadCount(checked.threads);
+  const ThreadScope threads(checked.threads);
 
   PipelineResult result;
   const Stopwatch watch;

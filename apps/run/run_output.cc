@@ -13,6 +13,7 @@
 #include "core/support/error.h"
 #include "core/support/parallel.h"
 #include "core/visibility/visibility.h"
+#include "costs/pair_kernel.h"
 
 namespace burin {
 namespace {
@@ -116,6 +117,7 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
     entry["image"] = {level.width, level.height};
     entry["vertices"] = level.vertices;
     entry["faces"] = level.faces;
+    entry["reached_bound"] = level.reached_bound;
     entry["seconds"] = {{"images", level.image_seconds}, {"subdivide", level.subdivide_seconds}};
     entry["held_back"] = level.held_back;
     entry["undone"] = level.undone;
@@ -136,7 +138,8 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
                      {"pairs", result.selection_seconds},
                      {"refine", result.refinement.seconds},
                      {"total", total_seconds}};
-  json["threads"] = ThreadCount();
+  json["instruction_set"] = KernelInstructionSet();
+  json["threads"] = ThreadsFor(options.threads);
   json["peak_memory_mib"] = std::round(PeakMemoryMib());
   json["memory"] = MemoryJson(inputs.memory);
   const bool any_round =

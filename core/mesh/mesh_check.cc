@@ -47,6 +47,7 @@ size_t EdgeEnd(const std::vector<EdgeUse>& uses, size_t begin) {
   return end;
 }
 
+// Not finite is zero.
 bool HasZeroArea(const TriangleMesh& mesh, int f) {
   double longest_squared = 0;
   for (int c = 0; c < 3; ++c) {
@@ -54,7 +55,7 @@ bool HasZeroArea(const TriangleMesh& mesh, int f) {
     longest_squared = std::max(
         longest_squared, (mesh.vertices[face[c]] - mesh.vertices[face[(c + 1) % 3]]).squaredNorm());
   }
-  return FaceAreaNormal(mesh, f).norm() <= 1e-12 * longest_squared;
+  return !(FaceAreaNormal(mesh, f).norm() > 1e-12 * longest_squared);
 }
 
 template <typename Container>
@@ -110,6 +111,38 @@ MeshReport CheckMesh(const TriangleMesh& mesh) {
     begin = end;
   }
   return report;
+}
+
+int DropDegenerateFaces(TriangleMesh* mesh) {
+  std::vector<int> degenerate;
+  for (size_t f = 0; f < mesh->faces.size(); ++f) {
+    if (HasZeroArea(*mesh, static_cast<int>(f))) degenerate.push_back(static_cast<int>(f));
+  }
+  if (degenerate.empty()) return 0;
+  std::vector<int> parent(mesh->vertices.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  for (const int f : degenerate) {
+    for (int c = 0; c < 3; ++c) {
+      const int a = mesh->faces[f][c];
+      const int b = mesh->faces[f][(c + 1) % 3];
+      if (mesh->vertices[a] == mesh->vertices[b])
+        parent[FindRoot(&parent, a)] = FindRoot(&parent, b);
+    }
+  }
+  std::vector<Eigen::Vector3i> kept;
+  kept.reserve(mesh->faces.size() - degenerate.size());
+  size_t next = 0;
+  for (size_t f = 0; f < mesh->faces.size(); ++f) {
+    if (next < degenerate.size() && degenerate[next] == static_cast<int>(f)) {
+      ++next;
+      continue;
+    }
+    Eigen::Vector3i face = mesh->faces[f];
+    for (int& v : face) v = FindRoot(&parent, v);
+    kept.push_back(face);
+  }
+  mesh->faces = std::move(kept);
+  return static_cast<int>(degenerate.size());
 }
 
 int OrientConsistently(TriangleMesh* mesh) {

@@ -1,4 +1,4 @@
-// What can be wrong with a mesh, counted; and the two repairs that change no geometry.
+// What can be wrong with a mesh, counted; and the repairs that change no geometry.
 #pragma once
 
 #include <string>
@@ -11,10 +11,11 @@ namespace burin {
 
 struct MeshReport {
   int vertex_count = 0;
-  int face_count = 0;              // triangles, after the repairs below
-  int polygon_count = 0;           // faces with more than three vertices, split into fans
-  int degenerate_face_count = 0;   // dropped for a repeated vertex index, or kept with zero area
-  int duplicate_face_count = 0;    // faces beyond the first on the same three vertices
+  int face_count = 0;     // triangles, after the repairs below
+  int polygon_count = 0;  // faces with more than three vertices, split into fans
+  int degenerate_face_count =
+      0;                         // that repeat a vertex index or have zero area; reading drops them
+  int duplicate_face_count = 0;  // faces beyond the first on the same three vertices
   int duplicate_vertex_count = 0;  // vertices beyond the first at the same position
   int unreferenced_vertex_count = 0;
   int boundary_edge_count = 0;      // edges of one face
@@ -23,7 +24,7 @@ struct MeshReport {
   int reoriented_face_count = 0;    // faces flipped by OrientConsistently
   int component_count = 0;          // faces connected through common vertices
 
-  // "9794 vertices, 19375 faces, 3 components, 211 boundary edges; 4 zero-area or repeated ..."; a
+  // "9794 vertices, 19375 faces, 3 components, 211 boundary edges; 4 degenerate faces, ..."; a
   // count of something wrong is named only when it is not zero.
   std::string Brief() const;
 };
@@ -31,6 +32,11 @@ struct MeshReport {
 // Counts everything but polygon_count and reoriented_face_count, which are zero. Indices must be in
 // range. A face has zero area when its height is below 1e-12 of its longest edge.
 MeshReport CheckMesh(const TriangleMesh& mesh);
+
+// Takes out the faces that repeat a vertex index or have zero area; returns how many. Where corners of
+// such a face lie at one place its neighbours get one vertex for them, so that taking it out leaves no
+// slit. Vertices keep their indices.
+int DropDegenerateFaces(TriangleMesh* mesh);
 
 // Flips faces so that neighbours agree: across each edge of exactly two faces one goes forward and
 // one back. The minority of each edge-connected component is flipped; a component that cannot be

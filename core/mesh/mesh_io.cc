@@ -9,11 +9,11 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
-#include <mutex>
 #include <sstream>
 #include <string>
 
 #include "core/mesh/mesh_scan.h"
+#include "core/mesh/openmesh_silence.h"
 #include "core/support/atomic_file.h"
 #include "core/support/error.h"
 
@@ -107,19 +107,14 @@ std::string ReadWholeFile(const std::filesystem::path& path) {
   return data;
 }
 
-// OpenMesh's readers are singletons that keep state and report to a global stream: one at a time,
-// and in silence, since what they would say is checked before and after.
+// In silence, since what OpenMesh would say is checked before and after.
 PolygonCollector ParseWithOpenMesh(const std::filesystem::path& path, const std::string& extension,
                                    const ScannedMesh& scan) {
-  static std::mutex mutex;
-  const std::lock_guard<std::mutex> lock(mutex);
   PolygonCollector polygons;
   std::istringstream stream(scan.text);
   OpenMesh::IO::Options options;
-  const bool was_enabled = omerr().is_enabled();
-  omerr().disable();
+  const OpenMeshSilence silence;
   const bool parsed = OpenMesh::IO::IOManager().read(stream, extension, polygons, options);
-  if (was_enabled) omerr().enable();
   if (!parsed) throw InputError(path, "mesh file: OpenMesh cannot parse it");
   if (polygons.n_vertices() != scan.positions.size()) {
     throw InputError(path, "vertices: OpenMesh finds " + std::to_string(polygons.n_vertices()) +
@@ -242,17 +237,13 @@ TriangleMesh ReadMesh(const std::filesystem::path& path, MeshReport* report) {
     polygon_count += corner_count > 3;
     dropped_count += corner_count < 3;
     for (int c = 2; c < corner_count; ++c) {
-      const Eigen::Vector3i face(corner[0], corner[c - 1], corner[c]);
-      if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) {
-        ++dropped_count;
-      } else {
-        mesh.faces.push_back(face);
-      }
+      mesh.faces.emplace_back(corner[0], corner[c - 1], corner[c]);
     }
   }
+  dropped_count += DropDegenerateFaces(&mesh);
   if (mesh.faces.empty()) {
     throw InputError(path, "faces: every one of the " + std::to_string(dropped_count) +
-                               " repeats a vertex index");
+                               " repeats a vertex or has no area");
   }
   const int reoriented_count = OrientConsistently(&mesh);
   if (report != nullptr) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/mesh/manifold_cut.h"
+#include "core/mesh/openmesh_silence.h"
 #include "core/mesh/size_in_views.h"
 #include "core/support/parallel.h"
 
@@ -66,8 +67,7 @@ class FaceSplitter {
     const std::vector<int> label = LabelCorners(mesh_);
     std::vector<int> vertex_of_label(label.size(), -1);
     std::vector<char> used(mesh_.vertices.size(), 0);
-    const bool was_enabled = omerr().is_enabled();
-    omerr().disable();  // what add_face refuses is dealt with below
+    const OpenMeshSilence silence;  // what add_face refuses is dealt with below
     for (size_t f = 0; f < mesh_.faces.size(); ++f) {
       const Eigen::Vector3i& face = mesh_.faces[f];
       if (RepeatsVertex(face)) {
@@ -86,7 +86,6 @@ class FaceSplitter {
       }
       origin_.push_back(static_cast<int>(f));
     }
-    if (was_enabled) omerr().enable();
     report_.kept_face_count = static_cast<int>(kept_faces_.size());
     changed_in_sweep_.assign(origin_.size(), 0);
     MeasureNewEdges();

@@ -21,7 +21,8 @@ struct SubdivisionReport {
   int input_face_count = 0;
   int face_count = 0;
   int new_vertex_count = 0;
-  bool reached_bound = false;  // no face is above the bounds (false: the face count stopped it)
+  // No face is above the bounds. False: the face count stopped it, or an edge too short to have a middle.
+  bool reached_bound = false;
   // Vertices of which OpenMesh's half-edge structure needed further copies to hold a non-manifold
   // mesh. The copies are gone from the result.
   int copied_vertex_count = 0;

@@ -81,7 +81,10 @@ void RoundProblem::Build(RoundParameters* parameters) {
     // core/refine/unseen_extension.h carries what was never seen along after the solve.
     if (context.normals[v].isZero() || context.was_supported[v] == 0) {
       problem_->SetParameterBlockConstant(block);
-    } else if (context.motion == Motion::kNormal) {
+      continue;
+    }
+    ++moving_;
+    if (context.motion == Motion::kNormal) {
       problem_->SetManifold(block, &lines_.emplace_back(context.normals[v]));
     }
   }
@@ -101,7 +104,7 @@ RoundProblem::~RoundProblem() {
 }
 
 int RoundProblem::Unknowns() const {
-  return problem_->NumParameterBlocks() * (task.context->motion == Motion::kNormal ? 1 : 3);
+  return moving_ * (task.context->motion == Motion::kNormal ? 1 : 3);
 }
 
 nlohmann::json RoundProblem::EnergyByTerm() const {

@@ -65,7 +65,7 @@ class RoundProblem {
   RoundProblem(const RoundProblem&) = delete;
   RoundProblem& operator=(const RoundProblem&) = delete;
 
-  int Unknowns() const;
+  int Unknowns() const;  // of the vertices that may move
   // At the vertices' current positions, and their "total".
   nlohmann::json EnergyByTerm() const;
   // Solves a copy of the task from `start`, with nothing evaluated yet, and leaves the vertices at
@@ -82,6 +82,7 @@ class RoundProblem {
   const TermRounds& terms_;
   std::unique_ptr<ceres::EvaluationCallback> callback_;
   std::vector<LineAlongNormal> lines_;
+  int moving_ = 0;  // vertices
   std::unique_ptr<ceres::Problem> problem_;
 };
 

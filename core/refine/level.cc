@@ -73,6 +73,7 @@ void Level::CutMesh(RefinementState* state) {
   SubdivisionOptions subdivision;
   subdivision.max_facet_px = task_.options.level.max_facet_px;
   subdivision.max_edge_px = task_.options.level.max_edge_px;
+  subdivision.max_face_count = task_.options.level.max_faces;
   const SubdivisionReport split = SplitLargeFaces(&state->mesh, cameras, subdivision);
   std::vector<char>& was_supported = state->was_supported;
   for (const std::array<int, 2>& parents : split.new_vertex_parents) {
@@ -90,6 +91,7 @@ void Level::CutMesh(RefinementState* state) {
   level.height = views_[0].camera.height;
   level.vertices = static_cast<int>(state->mesh.vertices.size());
   level.faces = static_cast<int>(state->mesh.faces.size());
+  level.reached_bound = split.reached_bound;
 }
 
 std::unique_ptr<Level::Frozen> Level::Freeze(bool hold_back) const {

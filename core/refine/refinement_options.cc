@@ -34,6 +34,8 @@ void LevelOptions::Describe(OptionSet* set) {
            "Facets with a longer edge are split too, pixel footprints of the level: those seen "
            "obliquely, as on depth steps; 0 = any length",
            0, 1e9);
+  set->Add("level.max_faces", &max_faces,
+           "Facets are split no further when the mesh has this many; the log says so", 1, 2e9);
   set->Add("level.border_px", &border_px,
            "Surface points projecting nearer to the second image's border are left out, pixels", 0,
            1000);

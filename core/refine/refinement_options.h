@@ -17,6 +17,7 @@ struct LevelOptions {
   double coarse_tolerance = 1e-4;  // solver.function_tolerance on the others
   double max_facet_px = 16;        // facets are split down to this area, square pixels of the level
   double max_edge_px = 12;         // and edges to this length, pixel footprints of the level
+  int max_faces = 50'000'000;      // splitting stops there
   double border_px = 3;            // second-view points nearer to the border are left out
   void Describe(OptionSet* set);
 

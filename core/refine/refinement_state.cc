@@ -18,7 +18,8 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RoundSummary, round, solve, energy_initial, e
                                    carried_vertices, guard, visibility_seconds, build_seconds,
                                    solve_seconds)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LevelSummary, level, width, height, vertices, faces,
-                                   subdivide_seconds, image_seconds, held_back, undone, rounds)
+                                   reached_bound, subdivide_seconds, image_seconds, held_back,
+                                   undone, rounds)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RefinementSummary, footprint, levels, seconds)
 
 namespace {

@@ -36,6 +36,7 @@ struct LevelSummary {
   int height = 0;
   int vertices = 0;
   int faces = 0;
+  bool reached_bound = true;  // of SubdivisionReport
   double subdivide_seconds = 0;
   double image_seconds = 0;
   nlohmann::json held_back;  // what the guard found; null when it did not look

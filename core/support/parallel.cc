@@ -6,87 +6,121 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <memory>
+#include <optional>
 #include <thread>
 
 #ifdef __SANITIZE_THREAD__
 #include <sanitizer/tsan_interface.h>
+#define BURIN_UNSEEN_BY_TSAN __attribute__((no_sanitize("thread")))
+#else
+#define BURIN_UNSEEN_BY_TSAN
 #endif
 
 namespace burin {
 namespace {
 
-int CoreCount() { return static_cast<int>(std::max(1U, std::thread::hardware_concurrency())); }
+// Tells the thread sanitizer what TBB guarantees, which it cannot see in a library that is not built with
+// it: what came before a parallel call is seen by every item of it, and what the items did by what
+// follows it. Each call has its own, so that calls of two runs at once have no order. Races between
+// items are still found. What finds the object in an item is BURIN_UNSEEN_BY_TSAN, since an item that
+// looked at its captures first would already seem to race.
+class CallOrder {
+ public:
+#ifdef __SANITIZE_THREAD__
+  void BeforeItems() { __tsan_release(&fork_); }
+  void BeginItem() { __tsan_acquire(&fork_); }
+  void EndItem() { __tsan_release(&join_); }
+  void AfterItems() { __tsan_acquire(&join_); }
 
-// TBB creates no more workers than cores unless told; more threads than cores are of use in tests.
-struct Pool {
-  explicit Pool(int count)
-      : limit(tbb::global_control::max_allowed_parallelism, count), arena(count) {}
-  tbb::global_control limit;
-  tbb::task_arena arena;
+ private:
+  char fork_ = 0;
+  char join_ = 0;
+#else
+  void BeforeItems() {}
+  void BeginItem() {}
+  void EndItem() {}
+  void AfterItems() {}
+#endif
 };
 
-// Tells the thread sanitizer what TBB guarantees, which it cannot see in a library that is not built with
-// it: what came before a parallel call is seen by every item, and what the items did by what follows it.
-// Races between items are still found. Of nothing else than these two addresses, since an item that
-// looked at its captures first would already seem to race.
-#ifdef __SANITIZE_THREAD__
-char fork_order = 0;
-char join_order = 0;
-void BeforeItems() { __tsan_release(&fork_order); }
-void BeginItem() { __tsan_acquire(&fork_order); }
-void EndItem() { __tsan_release(&join_order); }
-void AfterItems() { __tsan_acquire(&join_order); }
-#else
-void BeforeItems() {}
-void BeginItem() {}
-void EndItem() {}
-void AfterItems() {}
-#endif
+// What this thread's work runs in; null outside of every scope and item.
+thread_local tbb::task_arena* current_arena = nullptr;
 
-std::unique_ptr<Pool>& CurrentPool() {
-  static auto* pool = new std::unique_ptr<Pool>(new Pool(CoreCount()));
-  return *pool;
+tbb::task_arena& CurrentArena() {
+  static auto* all_cores = new tbb::task_arena(ThreadsFor(0));
+  return current_arena != nullptr ? *current_arena : *all_cores;
 }
+
+// A parallel call: its items belong to the caller's run, whichever thread takes them. One that waits
+// inside an item may take an item of another call meanwhile, so each puts back what it found.
+class Call {
+ public:
+  Call() : arena_(CurrentArena()) { order_.BeforeItems(); }
+  void Finish() { order_.AfterItems(); }
+  tbb::task_arena& arena() { return arena_; }
+
+  template <typename Item>
+  void Run(const Item& item) {
+    order_.BeginItem();
+    tbb::task_arena* const outer = current_arena;
+    current_arena = &arena_;
+    try {
+      item();
+    } catch (...) {
+      current_arena = outer;
+      order_.EndItem();
+      throw;
+    }
+    current_arena = outer;
+    order_.EndItem();
+  }
+
+ private:
+  tbb::task_arena& arena_;
+  CallOrder order_;
+};
 
 }  // namespace
 
-int SetThreadCount(int count) {
-  CurrentPool().reset();
-  CurrentPool() = std::make_unique<Pool>(count > 0 ? count : CoreCount());
-  return ThreadCount();
+int ThreadsFor(int count) {
+  return count > 0 ? count : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
 }
 
-int ThreadCount() { return CurrentPool()->arena.max_concurrency(); }
+struct ThreadScope::Threads {
+  explicit Threads(int count) : arena(count) {
+    // TBB creates no more workers than cores unless told; more threads than cores are of use in tests.
+    if (count > ThreadsFor(0)) more.emplace(tbb::global_control::max_allowed_parallelism, count);
+  }
+  std::optional<tbb::global_control> more;
+  tbb::task_arena arena;
+};
+
+ThreadScope::ThreadScope(int count)
+    : threads_(std::make_unique<Threads>(ThreadsFor(count))), outer_(current_arena) {
+  current_arena = &threads_->arena;
+}
+
+ThreadScope::~ThreadScope() { current_arena = static_cast<tbb::task_arena*>(outer_); }
+
+int ThreadCount() { return CurrentArena().max_concurrency(); }
 
 void ParallelInvoke(const std::function<void()>& a, const std::function<void()>& b) {
-  const auto first = [&] {
-    BeginItem();
-    a();
-    EndItem();
-  };
-  const auto second = [&] {
-    BeginItem();
-    b();
-    EndItem();
-  };
-  BeforeItems();
-  CurrentPool()->arena.execute([&] { tbb::parallel_invoke(first, second); });
-  AfterItems();
+  Call call;
+  const auto first = [&call, &a]() BURIN_UNSEEN_BY_TSAN { call.Run(a); };
+  const auto second = [&call, &b]() BURIN_UNSEEN_BY_TSAN { call.Run(b); };
+  call.arena().execute([&] { tbb::parallel_invoke(first, second); });
+  call.Finish();
 }
 
 void ParallelFor(int count, int grain, const std::function<void(int, int)>& body) {
   if (count <= 0) return;
   const int items = (count + grain - 1) / grain;
-  const auto run = [&](int item) {
-    BeginItem();
-    body(item * grain, std::min(count, (item + 1) * grain));
-    EndItem();
+  Call call;
+  const auto run = [&](int item) BURIN_UNSEEN_BY_TSAN {
+    call.Run([&] { body(item * grain, std::min(count, (item + 1) * grain)); });
   };
-  BeforeItems();
-  CurrentPool()->arena.execute(
-      [&] { tbb::parallel_for(0, items, run, tbb::simple_partitioner()); });
-  AfterItems();
+  call.arena().execute([&] { tbb::parallel_for(0, items, run, tbb::simple_partitioner()); });
+  call.Finish();
 }
 
 }  // namespace burin

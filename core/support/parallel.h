@@ -4,11 +4,31 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 
 namespace burin {
 
-// Threads used by ParallelFor from now on; 0 = all cores of the machine. Returns the number in use.
-int SetThreadCount(int count);
+// `count`, or the number of the machine's cores where it is 0.
+int ThreadsFor(int count);
+
+// The threads of a run: while the object lives, ParallelFor uses that many (0 = all cores) in the thread
+// that made it, and in the items of what runs in it. Runs in other threads have their own, at the same
+// time. Without one ParallelFor uses all cores. Scopes of one thread end in the reverse order of their
+// beginning.
+class ThreadScope {
+ public:
+  explicit ThreadScope(int count);
+  ~ThreadScope();
+  ThreadScope(const ThreadScope&) = delete;
+  ThreadScope& operator=(const ThreadScope&) = delete;
+
+ private:
+  struct Threads;
+  std::unique_ptr<Threads> threads_;
+  void* outer_;
+};
+
+// Threads that ParallelFor uses here.
 int ThreadCount();
 
 // Calls body(begin, end) for consecutive ranges covering [0, count), each `grain` long (the last

@@ -13,6 +13,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/mesh/openmesh_silence.h"
 #include "core/support/counter_random.h"
 
 namespace burin {
@@ -77,8 +78,7 @@ void TaubinStep(const Adjacency& neighbors, const std::vector<char>& fixed, doub
 
 HalfedgeMesh ToHalfedges(const TriangleMesh& mesh) {
   HalfedgeMesh halfedges;
-  const bool reported = omerr().is_enabled();
-  omerr().disable();  // add_face prints a line for every face it refuses
+  const OpenMeshSilence silence;  // add_face prints a line for every face it refuses
   std::vector<OpenMesh::VertexHandle> handles;
   handles.reserve(mesh.vertices.size());
   for (const Eigen::Vector3d& vertex : mesh.vertices) {
@@ -88,7 +88,6 @@ HalfedgeMesh ToHalfedges(const TriangleMesh& mesh) {
     if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) continue;
     halfedges.add_face(handles[face[0]], handles[face[1]], handles[face[2]]);
   }
-  if (reported) omerr().enable();
   halfedges.delete_isolated_vertices();
   halfedges.garbage_collection();
   return halfedges;

@@ -4,6 +4,13 @@
 
 namespace burin {
 
+namespace {
+
+// Of the product of a facet's two sides and its distance; FacetPencil::offset below it is rounding.
+constexpr double kFlat = 1e-12;
+
+}  // namespace
+
 ViewRays::ViewRays(const Camera& camera) : center(camera.Center()) {
   Eigen::Matrix3d camera_from_pixel;                              // K^-1
   camera_from_pixel << 1 / camera.fx, 0, -camera.cx / camera.fx,  //
@@ -27,6 +34,16 @@ FacetPencil MakeFacetPencil(const std::vector<Eigen::Vector3d>& vertices,
   inverse.row(2) = scale * a.cross(b);
   pencil.coefficients.noalias() = inverse * view.ray_from_pixel;
   return pencil;
+}
+
+bool FacesCenter(const std::vector<Eigen::Vector3d>& vertices, const Eigen::Vector3i& face,
+                 const Eigen::Vector3d& center) {
+  const Eigen::Vector3d a = vertices[face[0]] - center;
+  const Eigen::Vector3d u = vertices[face[1]] - center - a;
+  const Eigen::Vector3d v = vertices[face[2]] - center - a;
+  const double offset = u.cross(v).dot(a);
+  return offset < 0 &&
+         offset * offset > kFlat * kFlat * u.squaredNorm() * v.squaredNorm() * a.squaredNorm();
 }
 
 }  // namespace burin

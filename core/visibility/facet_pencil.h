@@ -43,7 +43,14 @@ struct ViewRays {
     return center + ray_from_pixel * Eigen::Vector3d(x, y, 1) / plane.At(x, y);
   }
 };
+
+// Where FacesCenter() holds of the view's centre the pencil is finite.
 FacetPencil MakeFacetPencil(const std::vector<Eigen::Vector3d>& vertices,
                             const Eigen::Vector3i& face, const ViewRays& view);
+
+// `center` is on the outer side of the facet and sees its plane at more than rounding: false for facets
+// edge-on, of no area, or not finite.
+bool FacesCenter(const std::vector<Eigen::Vector3d>& vertices, const Eigen::Vector3i& face,
+                 const Eigen::Vector3d& center);
 
 }  // namespace burin

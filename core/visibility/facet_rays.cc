@@ -45,8 +45,7 @@ FacetRays::FacetRays(const TriangleMesh& mesh)
 std::vector<uint8_t> FacetRays::Facing(const Eigen::Vector3d& center) const {
   std::vector<uint8_t> facing(mesh_.faces.size());
   for (size_t f = 0; f < mesh_.faces.size(); ++f) {
-    const Eigen::Vector3d to_center = center - mesh_.vertices[mesh_.faces[f][0]];
-    facing[f] = FaceAreaNormal(mesh_, static_cast<int>(f)).dot(to_center) > 0;
+    facing[f] = FacesCenter(mesh_.vertices, mesh_.faces[f], center) ? 1 : 0;
   }
   return facing;
 }

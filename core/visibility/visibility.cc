@@ -115,7 +115,7 @@ class PairRegion {
       if (mask_row != nullptr && mask_row[x] == 0) continue;
       // Homogeneous image point in j, times the inverse depth.
       const Eigen::Vector3d q = row_q + static_cast<double>(x) * step_q + inverse_row[x] * epipole_;
-      if (!InSecondImage(q)) continue;
+      if (!(inverse_row[x] > 0) || !InSecondImage(q)) continue;
       if (SeenAround(q.x() / q.z(), q.y() / q.z(), facet)) {
         bits->Set(partner, row_start + x);
         ++count;
@@ -137,15 +137,15 @@ class PairRegion {
   }
 
  private:
-  // `q`, a homogeneous image point of j, is far enough inside and not masked.
+  // `q`, a homogeneous image point of j, is far enough inside and not masked. Here and below what is
+  // not a number fails.
   bool InSecondImage(const Eigen::Vector3d& q) const {
     const int width = second_.camera.width;
     const int height = second_.camera.height;
     const double margin = border_px_ * q.z();
-    if (q.z() <= 0 || q.x() < margin || q.y() < margin || q.x() > width * q.z() - margin ||
-        q.y() > height * q.z() - margin) {
-      return false;
-    }
+    const bool inside = q.z() > 0 && q.x() >= margin && q.y() >= margin &&
+                        q.x() <= width * q.z() - margin && q.y() <= height * q.z() - margin;
+    if (!inside) return false;
     if (!second_masked_) return true;
     const int column = std::clamp(static_cast<int>(q.x() / q.z()), 0, width - 1);
     const int row = std::clamp(static_cast<int>(q.y() / q.z()), 0, height - 1);
@@ -156,10 +156,11 @@ class PairRegion {
   // it: then nothing as large as a pixel is in front of it there.
   bool SeenAround(double x, double y, int facet) const {
     const cv::Mat1i& facet_map = second_.facet_map;
-    if (x < 0.5 || y < 0.5) return false;
+    const bool between_centres =
+        x >= 0.5 && y >= 0.5 && x < facet_map.cols - 0.5 && y < facet_map.rows - 0.5;
+    if (!between_centres) return false;
     const int column = static_cast<int>(x - 0.5);
     const int row = static_cast<int>(y - 0.5);
-    if (column + 1 >= facet_map.cols || row + 1 >= facet_map.rows) return false;
     const int* above = facet_map[row] + column;
     const int* below = facet_map[row + 1] + column;
     const std::vector<Eigen::Vector3i>& faces = facet_rays_.mesh().faces;

@@ -18,6 +18,7 @@
 #include "core/support/config.h"
 #include "core/support/error.h"
 #include "selection/pair_file.h"
+#include "tests/test_scene.h"
 
 namespace burin::fuzz {
 namespace {
@@ -61,6 +62,40 @@ void ReadMeshAs(const std::string& name, const std::string& bytes) {
 void Ply(const std::string& bytes) { ReadMeshAs("mesh.ply", bytes); }
 void Obj(const std::string& bytes) { ReadMeshAs("mesh.obj", bytes); }
 void Off(const std::string& bytes) { ReadMeshAs("mesh.off", bytes); }
+
+Scene TinyScene() {
+  Scene scene;
+  for (const LevelView& level : test::RandomViews(64, 48)) {
+    View& view = scene.views.emplace_back();
+    view.name = std::to_string(scene.views.size()) + ".png";
+    view.camera = level.camera;
+    level.image.convertTo(view.gray, CV_8U);
+  }
+  return scene;
+}
+
+// What reading lets pass goes through pairs, visibility, kernels, solver, guard and subdivision.
+void Refinement(const std::string& bytes) {
+  constexpr size_t kMostFaces = 2000;
+  static const Scene scene = TinyScene();
+  PipelineOptions options;
+  options.threads = 1;
+  options.refinement.level.count = 2;
+  options.refinement.level.min_side_px = 20;
+  options.refinement.level.max_facet_px = 40;
+  options.refinement.solver.max_iterations = 2;
+  PairSelection all;
+  all.pairs = test::AllPairs();
+  PipelineParts parts;
+  parts.selection = &all;
+  try {
+    const TriangleMesh mesh = ReadMesh(Files().Write("mesh.ply", bytes));
+    if (mesh.faces.size() > kMostFaces) return;
+    RunPipeline(scene, mesh, options, parts);
+    SelectPairs(scene, mesh, options.pairs);
+  } catch (const InputError&) {
+  }
+}
 
 void Points(const std::string& bytes) {
   try {
@@ -194,6 +229,7 @@ const std::vector<Target>& Targets() {
   static const std::vector<Target> targets = {{"ply", Ply},
                                               {"obj", Obj},
                                               {"off", Off},
+                                              {"refinement", Refinement},
                                               {"points", Points},
                                               {"colmap_binary", ColmapBinary},
                                               {"colmap_text", ColmapText},

@@ -1,4 +1,4 @@
-// Every reader of burin as a function of bytes. The fuzzer uses them (fuzz_main.cc, `./run fuzz`), and so
+// Every reader of burin as a function of bytes, and the refinement of a mesh that was read. The fuzzer uses them (fuzz_main.cc, `./run fuzz`), and so
 // does the test that reads the files it found (tests/fuzz_corpus_test.cc).
 #pragma once
 

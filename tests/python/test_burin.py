@@ -229,6 +229,29 @@ def test_wrong_scenes_are_refused(scene):
             burin.Scene(**wrong)
 
 
+def test_runs_at_once_end_as_one_after_the_other(scene, mesh):
+    counts = [1, 2, 4, 0]
+    alone = burin.refine(scene, *mesh, burin.Options({**SMALL, "run.threads": 1}))
+    results = {}
+
+    def refine(count):
+        results[count] = burin.refine(scene, *mesh,
+                                      burin.Options({**SMALL, "run.threads": count}))
+
+    for at_once in (counts[:2], counts):
+        results.clear()
+        threads = [threading.Thread(target=refine, args=(count,)) for count in at_once]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        for count in at_once:
+            assert numpy.array_equal(results[count].vertices, alone.vertices)
+            assert numpy.array_equal(results[count].faces, alone.faces)
+            if count > 0:
+                assert results[count].summary["threads"] == count
+
+
 def test_threads_may_share_an_energy(scene, mesh):
     energy = burin.Energy(scene, *mesh, level=1)
     points = [numpy.random.default_rng(k).normal(0, 0.5, energy.unknowns) for k in range(4)]
