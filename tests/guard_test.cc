@@ -1,6 +1,7 @@
 // The guard: it keeps a refinement from making a mesh worse.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "apps/run/pipeline.h"
@@ -150,6 +151,65 @@ TEST(HeldBack, PairsAndSquaresTellTheBetterMesh) {
     const HeldBackVerdict same = judge.Compare(worse, worse, held, scale);
     EXPECT_EQ(same.before, same.after);
     EXPECT_EQ(same.standard_error, 0);
+  }
+}
+
+TEST(HeldBack, NoPairOfTheReliefIsTheReverseOfAUsedOne) {
+  const PairSelection selection = SelectPairs(Relief().scene, Relief().init, PairsOptions());
+  EXPECT_FALSE(selection.held_back.empty());
+  for (const CameraPair& held : selection.held_back) {
+    for (const CameraPair& pair : selection.pairs) {
+      EXPECT_FALSE(pair == held) << held.reference << " " << held.second;
+      EXPECT_FALSE((pair == CameraPair{held.second, held.reference}))
+          << held.reference << " " << held.second;
+    }
+  }
+}
+
+// Whatever the window's size.
+TEST(HeldBack, WindowsOfSquaresShareNoTapWithTheRefinement) {
+  const SyntheticScene& scene = Relief();
+  Judge judge(scene);
+  TriangleMesh mesh = scene.truth;
+  for (Eigen::Vector3d& vertex : mesh.vertices) vertex /= scene.footprint;
+  std::vector<ViewDomain> domains;
+  std::vector<ViewPartners> held_back;
+  const RoundContext context = FreezeRound(judge.views, {{2, 3}, {3, 2}}, mesh, Motion::kNormal, 3,
+                                           &domains, {}, &held_back);
+  for (const int window : {3, 5, 9, 15, 31}) {
+    SCOPED_TRACE(window);
+    PhotometricOptions options;
+    options.window = window;
+    const FrozenWindows frozen = FreezeWindows(context, options, /*hold_squares=*/true);
+    const HeldBackSquares squares(window);
+    int64_t judged = 0;
+    int64_t shared = 0;
+    int64_t used = 0;
+    int64_t all = 0;
+    for (const int i : {2, 3}) {
+      const PartnerBits& pixels = frozen.used.Pixels(i);
+      const PartnerBits& held = frozen.held_back.Pixels(i);
+      const int width = domains[i].width;
+      const int height = domains[i].height;
+      const int radius = window / 2;
+      for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+          const size_t at = static_cast<size_t>(y) * width + x;
+          all += held.Any(at) ? 1 : 0;
+          used += pixels.Any(at) ? 1 : 0;
+          if (!squares.Judge(x, y) || !held.Any(at)) continue;
+          ++judged;
+          for (int v = std::max(0, y - radius); v <= std::min(height - 1, y + radius); ++v) {
+            for (int u = std::max(0, x - radius); u <= std::min(width - 1, x + radius); ++u) {
+              shared += pixels.Any(static_cast<size_t>(v) * width + u) ? 1 : 0;
+            }
+          }
+        }
+      }
+    }
+    EXPECT_EQ(shared, 0);
+    EXPECT_GT(judged, 0);
+    EXPECT_GT(static_cast<double>(used), 0.9 * static_cast<double>(all));
   }
 }
 
