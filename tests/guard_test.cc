@@ -273,6 +273,109 @@ TEST(Guard, AnUndoneLevelLeavesTheSurfaceOfItsStart) {
   EXPECT_LT(RmseToTruthMesh(result.mesh, Relief().init, 20000), 1e-9 * Relief().footprint);
 }
 
+// Whatever it is shown.
+class Says : public LevelJudge {
+ public:
+  explicit Says(bool worse) : worse_(worse) {}
+  const std::vector<CameraPair>& HeldBackPairs() const override { return pairs_; }
+  void BeginLevel(const RoundContext& /*first*/, const TermRounds& /*terms*/) override {}
+  LevelVerdict EndLevel(const RoundContext& last, const TermRounds& /*terms*/,
+                        const TriangleMesh& /*after*/) override {
+    EXPECT_NE(last.held_back, nullptr);
+    return {worse_, "said"};
+  }
+
+ private:
+  const bool worse_;
+  const std::vector<CameraPair> pairs_ = {{2, 5}};
+};
+
+// As far as the next level can tell, an undone one never was: what nothing but it has seen does not count
+// as seen.
+TEST(Guard, AnUndoneLevelLeavesTheStateOfItsStart) {
+  PipelineOptions options;
+  options.refinement.level.count = 2;
+  options.refinement.guard.levels = false;
+  Says judge(/*worse=*/true);
+  PipelineParts parts;
+  parts.judge = &judge;
+  int levels = 0;
+  parts.observers.on_state = [&](const RefinementState& state) {
+    const auto seen = std::count(state.was_supported.begin(), state.was_supported.end(), 1);
+    if (state.round > 0) {
+      EXPECT_GT(seen, 100);
+      return;
+    }
+    ++levels;
+    EXPECT_EQ(seen, 0);
+    EXPECT_EQ(state.was_supported.size(), state.mesh.vertices.size());
+    EXPECT_EQ(state.mesh.vertices, state.level_start.vertices);
+  };
+  RunPipeline(Relief().scene, Relief().init, options, parts);
+  EXPECT_EQ(levels, 1);
+}
+
+// In its first round, in one that no level ends with, and in its last.
+TEST(Guard, ALevelThatTheRunIsStoppedInIsJudged) {
+  for (int round = 0; round < 3; ++round) {
+    for (const bool worse : {false, true}) {
+      SCOPED_TRACE(std::to_string(round) + (worse ? " worse" : " not worse"));
+      PipelineOptions options;
+      options.refinement.level.count = 1;
+      options.refinement.level.rounds = 3;
+      options.refinement.guard.levels = false;
+      Says judge(worse);
+      PipelineParts parts;
+      parts.judge = &judge;
+      parts.observers.on_iteration = [&](const RefinementEvent& event) {
+        return event.round < round || event.iteration.iteration < 1;
+      };
+      const PipelineResult result = RunPipeline(Relief().scene, Relief().init, options, parts);
+      ASSERT_EQ(result.refinement.levels.size(), 1U);
+      const LevelSummary& level = result.refinement.levels[0];
+      EXPECT_EQ(static_cast<int>(level.rounds.size()), round + 1);
+      EXPECT_TRUE(level.interrupted);
+      EXPECT_EQ(level.held_back, "said");
+      EXPECT_EQ(level.undone, worse);
+      const double moved = RmseToTruthMesh(result.mesh, Relief().init, 20000);
+      if (worse) {
+        EXPECT_LT(moved, 1e-9 * Relief().footprint);
+      } else {
+        EXPECT_GT(moved, 0.1 * Relief().footprint);
+      }
+    }
+  }
+}
+
+// On a level that is not the last, too.
+TEST(Guard, AMeshThatTheRunIsStoppedAtHasItsInvertedFacetsChecked) {
+  for (const bool stopped : {false, true}) {
+    PipelineOptions options;
+    options.refinement.level.count = 2;
+    options.refinement.level.rounds = 2;
+    options.refinement.level.extra_rounds = 0;
+    options.refinement.guard.max_stretch = 0;
+    options.refinement.guard.max_move_px = 0;
+    PipelineParts parts;
+    parts.observers.on_iteration = [&](const RefinementEvent& event) {
+      return !stopped || event.iteration.iteration < 1;
+    };
+    parts.solve_round = [](const FrozenRound& round) {
+      RoundTrial trial = round.solve("lm_pcg", {});
+      const Eigen::Vector3i& face =
+          round.context->mesh->faces[round.context->mesh->faces.size() / 2];
+      trial.vertices[face[0]] += 1.6 * (trial.vertices[face[1]] - trial.vertices[face[0]]);
+      return trial;
+    };
+    const PipelineResult result = RunPipeline(Relief().scene, Relief().init, options, parts);
+    const LevelSummary& level = result.refinement.levels[0];
+    EXPECT_EQ(level.rounds.size(), stopped ? 1U : 2U);
+    EXPECT_EQ(level.interrupted, stopped);
+    EXPECT_GT(level.rounds[0].guard.inverted_facets, 0);
+    EXPECT_EQ(level.rounds[0].guard.reverted_vertices > 0, stopped);
+  }
+}
+
 // The part of a mesh whose facets are made of vertices beyond `z`.
 TriangleMesh Behind(const TriangleMesh& mesh, double z) {
   TriangleMesh part;
