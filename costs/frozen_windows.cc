@@ -34,7 +34,8 @@ std::vector<ViewTile> CutTiles(const ViewDomain& domain, const PartnerBits& pixe
   return tiles;
 }
 
-void HoldBackSquares(const std::vector<ViewDomain>& domains, FrozenWindows* windows) {
+void HoldBack(const HeldBackSquares& squares, const std::vector<ViewDomain>& domains,
+              FrozenWindows* windows) {
   PairSample& used = windows->used;
   if (used.pixels.empty()) {
     for (const ViewDomain& domain : domains) used.pixels.push_back(domain.second_visible);
@@ -42,7 +43,7 @@ void HoldBackSquares(const std::vector<ViewDomain>& domains, FrozenWindows* wind
   for (size_t i = 0; i < domains.size(); ++i) {
     for (int y = 0; y < domains[i].height; ++y) {
       for (int x = 0; x < domains[i].width; ++x) {
-        if (!InHeldBackSquare(x, y)) continue;
+        if (!squares.Touch(x, y)) continue;
         used.pixels[i].ClearAll(static_cast<size_t>(y) * domains[i].width + x);
       }
     }
@@ -95,7 +96,7 @@ FrozenWindows FreezeWindows(const RoundContext& context, const PhotometricOption
                                     options.mask.evidence);
     }
   }
-  if (hold_squares) HoldBackSquares(domains, &windows);
+  if (hold_squares) HoldBack(HeldBackSquares(options.window), domains, &windows);
   Cut(domains, &windows.used);
   Cut(domains, &windows.held_back);
   windows.mask_seconds = watch.Seconds();

@@ -12,6 +12,28 @@
 
 namespace burin {
 
+// Small squares of a reference view whose windows are held back. The pixels of these windows, which
+// reach beyond the squares by a window's radius, are no taps of the energy's windows.
+class HeldBackSquares {
+ public:
+  explicit HeldBackSquares(int window) : radius_(window / 2) {}
+  // The window around this pixel is judged by.
+  bool Judge(int x, int y) const { return Within(x, 0) && Within(y, 0); }
+  // The pixel is a tap of such a window.
+  bool Touch(int x, int y) const { return Within(x, radius_) && Within(y, radius_); }
+
+ private:
+  static constexpr int kSide = 6;
+  // Of a row or column of squares; a fifth of it is touched whatever the window, 4 % of the pixels.
+  int Period() const { return 48 * (kSide + 2 * radius_) / 10; }
+  bool Within(int x, int margin) const {
+    const int period = Period();
+    return (x + period / 2 + kSide / 2 + margin) % period < kSide + 2 * margin;
+  }
+
+  int radius_;
+};
+
 struct ViewTile {
   Tile tile;
   std::vector<int> partners;  // indices into ViewPartners::seconds with a pixel in the tile
@@ -36,12 +58,9 @@ struct FrozenWindows {
   double mask_seconds = 0;
 };
 
-// `hold_squares`: the windows of small squares are what is held back, and pairs that the context
+// `hold_squares`: the windows of HeldBackSquares are what is held back, and pairs that the context
 // holds back are not looked at. The context must outlive the result.
 FrozenWindows FreezeWindows(const RoundContext& context, const PhotometricOptions& options,
                             bool hold_squares);
-
-// Those squares: 6 pixels wide, 48 apart, 1.6 % of the pixels.
-inline bool InHeldBackSquare(int x, int y) { return (x + 27) % 48 < 6 && (y + 27) % 48 < 6; }
 
 }  // namespace burin

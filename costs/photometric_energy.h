@@ -15,8 +15,8 @@ namespace burin {
 
 class PhotometricEnergy : public EnergyTerm {
  public:
-  // With `hold_back_squares` the windows of InHeldBackSquare() are left out of the energy: they are then
-  // what is held back, instead of the context's pairs.
+  // With `hold_back_squares` the windows of HeldBackSquares are left out of the energy with all their
+  // taps: they are then what is held back, instead of the context's pairs.
   explicit PhotometricEnergy(const PhotometricOptions& options, bool hold_back_squares = false);
   ~PhotometricEnergy() override;
 

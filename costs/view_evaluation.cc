@@ -136,8 +136,9 @@ class ViewEvaluationIn : public ViewEvaluation {
   }
 
   void ScoreFacet(const ViewDomain& domain, int k, bool squares_only, FacetScore* score) const {
+    const HeldBackSquares squares(options_.window);
     for (const ImagePixel pixel : domain.PixelsOf(k)) {
-      if (squares_only && !InHeldBackSquare(pixel.column, pixel.row)) continue;
+      if (squares_only && !squares.Judge(pixel.column, pixel.row)) continue;
       score->cost += fields_.cost[pixel.index];
       score->weight += fields_.weight[pixel.index];
     }

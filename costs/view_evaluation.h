@@ -35,7 +35,7 @@ class ViewEvaluation {
     const RoundContext* context = nullptr;
     const FrozenWindows* windows = nullptr;
     const PairSample* sample = nullptr;  // of the round
-    bool squares_only = false;           // scores of InHeldBackSquare() windows alone
+    bool squares_only = false;           // scores of the windows of HeldBackSquares alone
   };
   struct Output {
     std::vector<CornerSums> sums;               // of corner c of facet f at 3 f + c

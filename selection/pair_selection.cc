@@ -105,6 +105,8 @@ void SelectByMesh(const PairSurvey& survey, PairSelection* selection) {
   selection->swaps = std::move(result.trials);
 }
 
+// A pair and its reverse compare the same photographs on the same surface: the one cannot judge what was
+// fitted to the other.
 std::vector<CameraPair> HeldBack(const PairSurvey& survey, const std::vector<CameraPair>& pairs) {
   const int n = survey.view_count;
   const std::vector<double> energies = PairEnergyTable(survey, Resolve(PairsOptions()));
@@ -115,6 +117,7 @@ std::vector<CameraPair> HeldBack(const PairSurvey& survey, const std::vector<Cam
   }
   for (const CameraPair& pair : pairs) {
     scores[static_cast<size_t>(pair.reference) * n + pair.second] = 0;
+    scores[static_cast<size_t>(pair.second) * n + pair.reference] = 0;
   }
   return BestPartners(scores, n, 1);
 }

@@ -19,8 +19,8 @@ struct PairSelection {
   std::vector<CameraPair> pairs;          // those of a camera together, best first
   std::vector<CameraPair> initial_pairs;  // before Algorithm 1; the same for methods without it
   std::vector<SwapTrial> swaps;           // what Algorithm 1 tried
-  // For each camera with a partner the best pair that is not used, where there is one: to judge the
-  // refinement by.
+  // For each camera with a partner the best pair that is used in neither direction, where there is one:
+  // to judge the refinement by.
   std::vector<CameraPair> held_back;
   std::vector<std::string> warnings;  // a line for each camera without a partner, with the reason
 };

@@ -1,24 +1,23 @@
 // The guard: it keeps a refinement from making a mesh worse.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "apps/run/pipeline.h"
 #include "core/evaluate/evaluation.h"
+#include "core/refine/level_judge.h"
 #include "core/refine/local_guard.h"
-#include "core/refine/round.h"
-#include "core/scene/pyramid.h"
 #include "core/synthetic/synthetic.h"
-#include "costs/held_back.h"
 #include "tests/test_scene.h"
 #include "tests/test_shapes.h"
 
 namespace burin {
 namespace {
 
-SyntheticScene SmallRelief(int views) {
+SyntheticScene SmallRelief() {
   SyntheticOptions options;
-  options.views = views;
+  options.views = 7;
   options.width = 240;
   options.height = 180;
   options.samples_per_axis = 2;
@@ -30,7 +29,7 @@ SyntheticScene SmallRelief(int views) {
 }
 
 const SyntheticScene& Relief() {
-  static const auto* scene = new SyntheticScene(SmallRelief(7));
+  static const auto* scene = new SyntheticScene(SmallRelief());
   return *scene;
 }
 
@@ -103,80 +102,6 @@ TEST(LocalGuard, WhereNothingCanStayAllStandsWhereItStood) {
   }
 }
 
-// A level's views of the scene in its own world.
-struct Judge {
-  explicit Judge(const SyntheticScene& scene)
-      : views(MakeLevelViews(scene.scene, 0, Eigen::Vector3d::Zero(), 1 / scene.footprint)) {}
-  HeldBackVerdict Compare(const TriangleMesh& before, const TriangleMesh& after,
-                          const std::vector<CameraPair>& held, double scale) {
-    const auto scaled = [scale](TriangleMesh mesh) {
-      for (Eigen::Vector3d& vertex : mesh.vertices) vertex *= scale;
-      return mesh;
-    };
-    const std::vector<FacetScore> first = Score(scaled(before), held);
-    return CompareScores(first, Score(scaled(after), held));
-  }
-  std::vector<FacetScore> Score(const TriangleMesh& mesh, const std::vector<CameraPair>& held) {
-    std::vector<ViewDomain> domains;
-    std::vector<ViewPartners> held_back;
-    const RoundContext context = FreezeRound(views, {{2, 3}, {3, 2}, {3, 4}, {4, 3}}, mesh,
-                                             Motion::kNormal, 3, &domains, held, &held_back);
-    PhotometricEnergy photometric(PhotometricOptions(), /*hold_back_squares=*/held.empty());
-    photometric.BeginLevel(views);
-    return photometric.FreezeRound(context)->FacetScores(
-        mesh.vertices, PhotometricRound::Windows::kHeldBack, false);
-  }
-  std::vector<LevelView> views;
-};
-
-TEST(HeldBack, PairsAndSquaresTellTheBetterMesh) {
-  const SyntheticScene& scene = Relief();
-  TriangleMesh worse = scene.truth;
-  for (Eigen::Vector3d& v : worse.vertices) {
-    v.z() += scene.footprint * std::sin(v.x() / (6 * scene.footprint));
-  }
-  Judge judge(scene);
-  for (const std::vector<CameraPair>& held :
-       {std::vector<CameraPair>{{1, 3}, {2, 4}, {3, 5}}, std::vector<CameraPair>{}}) {
-    SCOPED_TRACE(held.empty() ? "squares" : "pairs");
-    const double scale = 1 / scene.footprint;
-    const HeldBackVerdict good = judge.Compare(worse, scene.truth, held, scale);
-    EXPECT_LT(good.after, good.before - 3 * good.standard_error);
-    EXPECT_GT(good.standard_error, 0);
-    EXPECT_GT(good.windows, held.empty() ? 500 : 20000);
-    const HeldBackVerdict bad = judge.Compare(scene.truth, worse, held, scale);
-    EXPECT_NEAR(bad.before, good.after, 1e-9);
-    EXPECT_NEAR(bad.after, good.before, 1e-9);
-    const HeldBackVerdict same = judge.Compare(worse, worse, held, scale);
-    EXPECT_EQ(same.before, same.after);
-    EXPECT_EQ(same.standard_error, 0);
-  }
-}
-
-TEST(HeldBack, AChangeWithinItsErrorIsNoReason) {
-  HeldBackVerdict verdict;
-  verdict.before = 0.5;
-  verdict.standard_error = 0.01;
-  verdict.batches = 64;
-  for (const double change : {-0.1, 0.0, 0.019}) {
-    verdict.after = verdict.before + change;
-    EXPECT_FALSE(verdict.Worse()) << change;
-  }
-  verdict.after = verdict.before + 0.021;
-  EXPECT_TRUE(verdict.Worse());
-  // All in one batch, whose spread around its own mean is zero.
-  std::vector<FacetScore> before(640);
-  std::vector<FacetScore> after(640);
-  for (int f = 0; f < 10; ++f) {
-    before[f] = {1.0, 2.0};
-    after[f] = {1.1, 2.0};
-  }
-  verdict = CompareScores(before, after);
-  EXPECT_NEAR(verdict.after - verdict.before, 0.05, 1e-12);
-  EXPECT_EQ(verdict.batches, 1);
-  EXPECT_FALSE(verdict.Worse());
-}
-
 TEST(Guard, AnUndoneLevelLeavesTheSurfaceOfItsStart) {
   PipelineOptions options;
   options.refinement.level.count = 2;
@@ -211,6 +136,109 @@ TEST(Guard, AnUndoneLevelLeavesTheSurfaceOfItsStart) {
   }
   EXPECT_GT(result.mesh.faces.size(), Relief().init.faces.size());
   EXPECT_LT(RmseToTruthMesh(result.mesh, Relief().init, 20000), 1e-9 * Relief().footprint);
+}
+
+// Whatever it is shown.
+class Says : public LevelJudge {
+ public:
+  explicit Says(bool worse) : worse_(worse) {}
+  const std::vector<CameraPair>& HeldBackPairs() const override { return pairs_; }
+  void BeginLevel(const RoundContext& /*first*/, const TermRounds& /*terms*/) override {}
+  LevelVerdict EndLevel(const RoundContext& last, const TermRounds& /*terms*/,
+                        const TriangleMesh& /*after*/) override {
+    EXPECT_NE(last.held_back, nullptr);
+    return {worse_, "said"};
+  }
+
+ private:
+  const bool worse_;
+  const std::vector<CameraPair> pairs_ = {{2, 5}};
+};
+
+// As far as the next level can tell, an undone one never was: what nothing but it has seen does not count
+// as seen.
+TEST(Guard, AnUndoneLevelLeavesTheStateOfItsStart) {
+  PipelineOptions options;
+  options.refinement.level.count = 2;
+  options.refinement.guard.levels = false;
+  Says judge(/*worse=*/true);
+  PipelineParts parts;
+  parts.judge = &judge;
+  int levels = 0;
+  parts.observers.on_state = [&](const RefinementState& state) {
+    const auto seen = std::count(state.was_supported.begin(), state.was_supported.end(), 1);
+    if (state.round > 0) {
+      EXPECT_GT(seen, 100);
+      return;
+    }
+    ++levels;
+    EXPECT_EQ(seen, 0);
+    EXPECT_EQ(state.was_supported.size(), state.mesh.vertices.size());
+    EXPECT_EQ(state.mesh.vertices, state.level_start.vertices);
+  };
+  RunPipeline(Relief().scene, Relief().init, options, parts);
+  EXPECT_EQ(levels, 1);
+}
+
+// In its first round, in one that no level ends with, and in its last.
+TEST(Guard, ALevelThatTheRunIsStoppedInIsJudged) {
+  for (int round = 0; round < 3; ++round) {
+    for (const bool worse : {false, true}) {
+      SCOPED_TRACE(std::to_string(round) + (worse ? " worse" : " not worse"));
+      PipelineOptions options;
+      options.refinement.level.count = 1;
+      options.refinement.level.rounds = 3;
+      options.refinement.guard.levels = false;
+      Says judge(worse);
+      PipelineParts parts;
+      parts.judge = &judge;
+      parts.observers.on_iteration = [&](const RefinementEvent& event) {
+        return event.round < round || event.iteration.iteration < 1;
+      };
+      const PipelineResult result = RunPipeline(Relief().scene, Relief().init, options, parts);
+      ASSERT_EQ(result.refinement.levels.size(), 1U);
+      const LevelSummary& level = result.refinement.levels[0];
+      EXPECT_EQ(static_cast<int>(level.rounds.size()), round + 1);
+      EXPECT_TRUE(level.interrupted);
+      EXPECT_EQ(level.held_back, "said");
+      EXPECT_EQ(level.undone, worse);
+      const double moved = RmseToTruthMesh(result.mesh, Relief().init, 20000);
+      if (worse) {
+        EXPECT_LT(moved, 1e-9 * Relief().footprint);
+      } else {
+        EXPECT_GT(moved, 0.1 * Relief().footprint);
+      }
+    }
+  }
+}
+
+// On a level that is not the last, too.
+TEST(Guard, AMeshThatTheRunIsStoppedAtHasItsInvertedFacetsChecked) {
+  for (const bool stopped : {false, true}) {
+    PipelineOptions options;
+    options.refinement.level.count = 2;
+    options.refinement.level.rounds = 2;
+    options.refinement.level.extra_rounds = 0;
+    options.refinement.guard.max_stretch = 0;
+    options.refinement.guard.max_move_px = 0;
+    PipelineParts parts;
+    parts.observers.on_iteration = [&](const RefinementEvent& event) {
+      return !stopped || event.iteration.iteration < 1;
+    };
+    parts.solve_round = [](const FrozenRound& round) {
+      RoundTrial trial = round.solve("lm_pcg", {});
+      const Eigen::Vector3i& face =
+          round.context->mesh->faces[round.context->mesh->faces.size() / 2];
+      trial.vertices[face[0]] += 1.6 * (trial.vertices[face[1]] - trial.vertices[face[0]]);
+      return trial;
+    };
+    const PipelineResult result = RunPipeline(Relief().scene, Relief().init, options, parts);
+    const LevelSummary& level = result.refinement.levels[0];
+    EXPECT_EQ(level.rounds.size(), stopped ? 1U : 2U);
+    EXPECT_EQ(level.interrupted, stopped);
+    EXPECT_GT(level.rounds[0].guard.inverted_facets, 0);
+    EXPECT_EQ(level.rounds[0].guard.reverted_vertices > 0, stopped);
+  }
 }
 
 // The part of a mesh whose facets are made of vertices beyond `z`.

@@ -91,7 +91,16 @@ TEST_F(ResumeTest, SignalsLeaveAMeshAndARunThatGoesOnToTheSameBytes) {
     kept.insert("checkpoint.cbor");
     EXPECT_EQ(Files(name), kept);
     EXPECT_NE(Mesh(name), Mesh("whole"));
-    EXPECT_THAT(ReadAll(In(name + "/summary.json")), HasSubstr("\"complete\": false"));
+    // What refined.ply holds was judged, and log and summary say how.
+    EXPECT_THAT(stopped.err, HasSubstr(" cut short in round "));
+    EXPECT_THAT(stopped.err, HasSubstr("kept: photographs held back do not agree less"));
+    const auto part = nlohmann::json::parse(ReadAll(In(name + "/summary.json")));
+    EXPECT_EQ(part["complete"], false);
+    for (const auto& level : part["levels"]) {
+      EXPECT_EQ(level["interrupted"], level == part["levels"].back());
+      EXPECT_EQ(level["undone"], false);
+      EXPECT_GT(level["held_back"]["windows"], 0);
+    }
     const int saved = RoundsSaved(name);
     EXPECT_GE(saved, c.rounds - 1);
     const Outcome resumed = Run(Resume(name));

@@ -147,6 +147,38 @@ TEST(PairSelection, PerCameraGivesThatManyPartners) {
   EXPECT_EQ(SelectPairs(scene, Plane(), Method(PairsMethod::kAll)).pairs.size(), 72U);
 }
 
+// The reverse of a used pair has been fitted to the same photographs on the same surface.
+TEST(PairSelection, APairIsHeldBackWhenNeitherDirectionIsUsed) {
+  const Scene scene = ArcScene({0, 9, 16, 30, 52, 60, 80});
+  const TriangleMesh mesh = Plane();
+  const auto n = static_cast<int>(scene.views.size());
+  for (int per_camera = 1; per_camera < n; ++per_camera) {
+    SCOPED_TRACE(per_camera);
+    const PairSelection selection =
+        SelectPairs(scene, mesh, Method(PairsMethod::kTuned, per_camera));
+    const auto used = [&](int i, int j) {
+      return std::any_of(selection.pairs.begin(), selection.pairs.end(),
+                         [&](const CameraPair& pair) {
+                           return pair == CameraPair{i, j};
+                         });
+    };
+    std::vector<int> held_by(n, 0);
+    for (const CameraPair& pair : selection.held_back) {
+      EXPECT_FALSE(used(pair.reference, pair.second)) << pair.reference << " " << pair.second;
+      EXPECT_FALSE(used(pair.second, pair.reference)) << pair.reference << " " << pair.second;
+      ++held_by[pair.reference];
+    }
+    const std::vector<double> energies =
+        PairEnergyTable(SurveyPairs(scene, mesh, selection.recipe.survey), Resolve(PairsOptions()));
+    for (int i = 0; i < n; ++i) {
+      bool has = false;
+      for (int j = 0; j < n; ++j) has |= energies[i * n + j] < 0 && !used(i, j) && !used(j, i);
+      EXPECT_EQ(held_by[i], has ? 1 : 0) << i;
+    }
+  }
+  EXPECT_TRUE(SelectPairs(scene, mesh, Method(PairsMethod::kAll)).held_back.empty());
+}
+
 TEST(PairSelection, PaperStrictLeavesTheInitialPairs) {
   const PairSelection selection =
       SelectPairs(ArcScene({-40, -10, 0, 30, 60}), Plane(), Method(PairsMethod::kPaperStrict, 1));

@@ -1,6 +1,9 @@
 // Faulty photographs: the refined mesh is not worse than the input.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <cstring>
+
 #include "apps/run/pipeline.h"
 #include "core/evaluate/evaluation.h"
 #include "core/synthetic/synthetic.h"
@@ -89,6 +92,65 @@ TEST(Stresses, ChangeWhatTheySay) {
                           clean.scene.views[view].camera.Project(point))
                              .norm();
     EXPECT_NEAR(shift, view == 3 ? 3 : 0, 0.1);
+  }
+}
+
+// Cameras as structure from motion leaves them.
+TEST(PoseNoise, HasTheStatisticsAskedFor) {
+  Camera truth;
+  truth.width = 320;
+  truth.height = 240;
+  truth.fx = truth.fy = 400;
+  truth.rotation = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  const Eigen::Vector3d center(2, -1, 2);  // 3 from the origin
+  truth.translation = -truth.rotation * center;
+  const double px = 0.8;
+  const double angle = px / truth.fx;
+  const CounterRandom random(5, 50);
+  constexpr int kViews = 4000;
+  Eigen::Matrix<double, 6, 1> mean = Eigen::Matrix<double, 6, 1>::Zero();
+  Eigen::Matrix<double, 6, 6> square = Eigen::Matrix<double, 6, 6>::Zero();
+  for (int view = 0; view < kViews; ++view) {
+    const Camera camera = WithPoseNoise(truth, px, random, view);
+    const Eigen::AngleAxisd turn(camera.rotation * truth.rotation.transpose());
+    Eigen::Matrix<double, 6, 1> error;
+    error << turn.angle() * turn.axis(), camera.Center() - center;
+    for (int k = 0; k < 6; ++k) error[k] /= k < 2 ? angle : k == 2 ? 2 * angle : 1.5 * angle;
+    mean += error / kViews;
+    square += error * error.transpose() / kViews;
+  }
+  EXPECT_LT(mean.cwiseAbs().maxCoeff(), 0.08);  // five standard errors
+  EXPECT_LT((square - Eigen::Matrix<double, 6, 6>::Identity()).cwiseAbs().maxCoeff(), 0.12);
+}
+
+TEST(PoseNoise, MovesTheCamerasAndNothingElse) {
+  SyntheticOptions options = Small(SyntheticKind::kOccluders, StressKind::kNone);
+  const SyntheticScene exact = MakeSyntheticScene(options);
+  options.pose_noise_px = 1;
+  const SyntheticScene noisy = MakeSyntheticScene(options);
+  const SyntheticScene again = MakeSyntheticScene(options);
+  options.pose_noise_px = 2;
+  const SyntheticScene twice = MakeSyntheticScene(options);
+  for (size_t v = 0; v < exact.scene.views.size(); ++v) {
+    const View& a = exact.scene.views[v];
+    const View& b = noisy.scene.views[v];
+    EXPECT_EQ(std::memcmp(a.gray.data, b.gray.data, a.gray.total()), 0);
+    EXPECT_EQ(std::memcmp(exact.depth[v].data, noisy.depth[v].data, 4 * exact.depth[v].total()), 0);
+    EXPECT_NE(a.camera.rotation, b.camera.rotation);
+    EXPECT_EQ(b.camera.rotation, again.scene.views[v].camera.rotation);
+    EXPECT_EQ(b.camera.translation, again.scene.views[v].camera.translation);
+    EXPECT_EQ(a.camera.fx, b.camera.fx);
+    // The same numbers, scaled.
+    const Eigen::Vector3d shift = b.camera.Center() - a.camera.Center();
+    const Eigen::Vector3d shift_twice = twice.scene.views[v].camera.Center() - a.camera.Center();
+    EXPECT_LT((shift_twice - 2 * shift).norm(), 1e-9);
+  }
+  EXPECT_EQ(exact.truth.vertices, noisy.truth.vertices);
+  EXPECT_EQ(exact.init.vertices, noisy.init.vertices);
+  EXPECT_EQ(exact.truth_points, noisy.truth_points);
+  ASSERT_EQ(exact.scene.points.size(), noisy.scene.points.size());
+  for (size_t p = 0; p < exact.scene.points.size(); ++p) {
+    EXPECT_EQ(exact.scene.points[p].position, noisy.scene.points[p].position);
   }
 }
 

@@ -82,21 +82,42 @@ std::string RoundText(const RoundContext& context, const TriangleMesh& mesh,
   return text.str();
 }
 
-std::string UndoneText(const LevelSummary& level) {
+std::string LevelName(const LevelSummary& level) {
+  return "level " + std::to_string(level.width) + "x" + std::to_string(level.height);
+}
+
+// The guard's figures.
+std::string ScoreText(const LevelSummary& level) {
   std::ostringstream text;
-  text << "level " << level.width << "x" << level.height
-       << " undone: photographs held back agree less with the mesh after it, mean 1 - ZNCC "
-       << level.held_back["before"].get<double>() << " -> "
+  text << "mean 1 - ZNCC " << level.held_back["before"].get<double>() << " -> "
        << level.held_back["after"].get<double>();
   return text.str();
 }
 
 std::string UnsplitText(const LevelSummary& level) {
   std::ostringstream text;
-  text << "level " << level.width << "x" << level.height << ": splitting stopped at " << level.faces
+  text << LevelName(level) << ": splitting stopped at " << level.faces
        << " faces (level.max_faces, or edges too short to split); some are larger than"
        << " level.max_facet_px or level.max_edge_px";
   return text.str();
+}
+
+std::string UndoneText(const LevelSummary& level) {
+  return LevelName(level) + " undone: photographs held back agree less with the mesh after it, " +
+         ScoreText(level);
+}
+
+// What became of the part of a level that was done when the run was stopped.
+std::string InterruptedText(const LevelSummary& level) {
+  const std::string name =
+      LevelName(level) + " cut short in round " + std::to_string(level.rounds.back().round + 1);
+  if (level.held_back.is_null()) return name + ", not judged (guard.levels is off)";
+  if (level.undone) {
+    return name + " and undone: photographs held back agree less with the mesh so far, " +
+           ScoreText(level);
+  }
+  return name + ", kept: photographs held back do not agree less with the mesh so far, " +
+         ScoreText(level);
 }
 
 // A run that has been finished in this folder and not begun anew.
@@ -255,8 +276,12 @@ void RefineCommand::Run() {
   };
   parts.observers.on_level = [&](const LevelSummary& level, const TriangleMesh& now) {
     if (!level.reached_bound) progress.Line(UnsplitText(level));
-    if (level.undone) progress.Line(UndoneText(level));
-    if (!level_meshes) return;
+    if (level.interrupted) {
+      progress.Line(InterruptedText(level));
+    } else if (level.undone) {
+      progress.Line(UndoneText(level));
+    }
+    if (!level_meshes || level.interrupted) return;
     WriteMesh(LevelPath(folder, level.level), now);
   };
   parts.observers.on_state = [&](const RefinementState& state) {

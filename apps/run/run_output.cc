@@ -121,6 +121,7 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
     entry["seconds"] = {{"images", level.image_seconds}, {"subdivide", level.subdivide_seconds}};
     entry["held_back"] = level.held_back;
     entry["undone"] = level.undone;
+    entry["interrupted"] = level.interrupted;
     entry["rounds"] = nlohmann::ordered_json::array();
     for (const RoundSummary& round : level.rounds) {
       entry["rounds"].push_back(RoundJson(round));

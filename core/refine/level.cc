@@ -55,10 +55,11 @@ void Level::Run(RefinementState* state, RefinementProgress* progress) {
   while (state->round < rounds) {
     RunRound(state, progress);
     state->summary.seconds = progress->Seconds();
-    if (progress->stopped()) return;
+    if (progress->stopped()) break;
     ++state->round;
     if (state->round < rounds && task_.observers.on_state) task_.observers.on_state(*state);
   }
+  state->summary.levels.back().interrupted = progress->stopped();
   Judge(state);
   if (task_.observers.on_level) {
     task_.observers.on_level(state->summary.levels.back(), task_.world.ToWorld(state->mesh));
@@ -82,7 +83,7 @@ void Level::CutMesh(RefinementState* state) {
     state->input_position.push_back(
         0.5 * (state->input_position[parents[0]] + state->input_position[parents[1]]));
   }
-  state->level_start = state->mesh.vertices;
+  state->level_start = {state->mesh.vertices, state->was_supported};
   state->order = OrderAlongCurve(state->mesh);
   LevelSummary& level = state->summary.levels.back();
   level.subdivide_seconds = watch.Seconds();
@@ -108,7 +109,7 @@ std::unique_ptr<Level::Frozen> Level::Freeze(bool hold_back) const {
 void Level::ShowJudgeTheStart(const RefinementState& state) {
   if (task_.parts.judge == nullptr) return;
   TriangleMesh start = state.mesh;
-  start.vertices = state.level_start;
+  start.vertices = state.level_start.vertices;
   const TriangleMesh now = std::exchange(mesh_, Ordered(start, state.order));
   const std::unique_ptr<Frozen> first = Freeze(/*hold_back=*/true);
   FreezeTerms(first.get());
@@ -142,7 +143,7 @@ void Level::RunRound(RefinementState* state, RefinementProgress* progress) {
   if (summary.solve.usable) mesh_.vertices = std::move(positions);
   GuardOptions guard = task_.options.guard;
   // On the way facets of bridges over depth steps turn over and go into folds that vanish.
-  guard.inverted &= level_ == task_.options.level.finest && last;
+  guard.inverted &= progress->stopped() || (level_ == task_.options.level.finest && last);
   summary.guard = RevertFaults(before, context.faces, context.neighbors, std::ldexp(1.0, level_),
                                guard, &mesh_);
   summary.carried_vertices = ExtendToUnseen(context, before, &mesh_);
@@ -229,13 +230,20 @@ bool Level::Report(const IterationRecord& record, int round, RefinementProgress*
 
 void Level::Judge(RefinementState* state) {
   if (task_.parts.judge == nullptr) return;
+  if (frozen_->context.held_back == nullptr) {
+    // The run was stopped in a round that was not to be the level's last.
+    frozen_.reset();
+    frozen_ = Freeze(/*hold_back=*/true);
+    FreezeTerms(frozen_.get());
+  }
   const LevelVerdict verdict =
       task_.parts.judge->EndLevel(frozen_->context, *frozen_->terms, mesh_);
   LevelSummary& level = state->summary.levels.back();
   level.held_back = verdict.report;
   level.undone = verdict.worse;
   if (!level.undone) return;
-  state->mesh.vertices = state->level_start;
+  state->mesh.vertices = state->level_start.vertices;
+  state->was_supported = state->level_start.was_supported;
   frozen_.reset();
 }
 

@@ -37,7 +37,7 @@ class Level {
   Level(const RefinementTask& task, int level);
 
   // Runs the rounds that `state`, which is on this level, has before it and judges the level. Ends early
-  // when an observer stops the run (progress->stopped()).
+  // when an observer stops the run (progress->stopped()); what was done of the level is judged then.
   void Run(RefinementState* state, RefinementProgress* progress);
 
   // The mesh of `state` with a frozen round, to the observer; `state` is what Run() left, or one that
@@ -78,7 +78,7 @@ class Level {
   double image_seconds_ = 0;
   std::vector<LevelView> views_;
   TriangleMesh mesh_;               // the state's, in the order of its `order`
-  std::unique_ptr<Frozen> frozen_;  // a round that was solved and that mesh_ came from; else null
+  std::unique_ptr<Frozen> frozen_;  // the round that mesh_ came from, or of mesh_; else null
 };
 
 }  // namespace burin

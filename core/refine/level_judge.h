@@ -24,7 +24,8 @@ class LevelJudge {
   virtual const std::vector<CameraPair>& HeldBackPairs() const = 0;
   // A level begins with the mesh of `first`, its first round.
   virtual void BeginLevel(const RoundContext& first, const TermRounds& terms) = 0;
-  // The level has come from that mesh to `after`, with `last`, its last round.
+  // The level has come from that mesh to `after`, with `last`, its last round; when the run was stopped,
+  // with the round in work or with one frozen at `after`.
   virtual LevelVerdict EndLevel(const RoundContext& last, const TermRounds& terms,
                                 const TriangleMesh& after) = 0;
 };

@@ -50,7 +50,7 @@ struct RefinementObservers {
   // After every round, with the frozen state of the round and the mesh it ended with, both in the
   // normalised world.
   std::function<void(const RoundContext&, const TriangleMesh&, const RoundSummary&)> on_round;
-  // After every level, with the mesh in the caller's world.
+  // After every level, one that the run was stopped in too, with the mesh in the caller's world.
   std::function<void(const LevelSummary&, const TriangleMesh&)> on_level;
   // After every round that ran to its end but the last, with what Refine() needs to go on from there.
   std::function<void(const RefinementState&)> on_state;

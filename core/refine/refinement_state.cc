@@ -19,7 +19,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RoundSummary, round, solve, energy_initial, e
                                    solve_seconds)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LevelSummary, level, width, height, vertices, faces,
                                    reached_bound, subdivide_seconds, image_seconds, held_back,
-                                   undone, rounds)
+                                   undone, interrupted, rounds)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RefinementSummary, footprint, levels, seconds)
 
 namespace {
@@ -71,7 +71,8 @@ std::vector<uint8_t> StateBytes(const RefinementState& state) {
                         {"vertices", Binary(state.mesh.vertices)},
                         {"faces", Binary(state.mesh.faces)},
                         {"input_position", Binary(state.input_position)},
-                        {"level_start", Binary(state.level_start)},
+                        {"level_start", Binary(state.level_start.vertices)},
+                        {"level_start_supported", Binary(state.level_start.was_supported)},
                         {"order_vertex", Binary(state.order.vertex)},
                         {"order_face", Binary(state.order.face)},
                         {"was_supported", Binary(state.was_supported)},
@@ -86,7 +87,8 @@ RefinementState StateFromBytes(const std::vector<uint8_t>& bytes) {
   FromBinary(read, "vertices", &state.mesh.vertices);
   FromBinary(read, "faces", &state.mesh.faces);
   FromBinary(read, "input_position", &state.input_position);
-  FromBinary(read, "level_start", &state.level_start);
+  FromBinary(read, "level_start", &state.level_start.vertices);
+  FromBinary(read, "level_start_supported", &state.level_start.was_supported);
   FromBinary(read, "order_vertex", &state.order.vertex);
   FromBinary(read, "order_face", &state.order.face);
   FromBinary(read, "was_supported", &state.was_supported);
@@ -97,7 +99,8 @@ RefinementState StateFromBytes(const std::vector<uint8_t>& bytes) {
   CheckSize("was_supported", state.was_supported.size(), vertices);
   if (faces > 0) CheckIndices("faces", state.mesh.faces[0].data(), 3 * faces, vertices);
   if (state.round > 0) {
-    CheckSize("level_start", state.level_start.size(), vertices);
+    CheckSize("level_start", state.level_start.vertices.size(), vertices);
+    CheckSize("level_start_supported", state.level_start.was_supported.size(), vertices);
     CheckSize("order_vertex", state.order.vertex.size(), vertices);
     CheckSize("order_face", state.order.face.size(), faces);
     CheckIndices("order_vertex", state.order.vertex.data(), vertices, vertices);

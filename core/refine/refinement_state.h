@@ -40,7 +40,8 @@ struct LevelSummary {
   double subdivide_seconds = 0;
   double image_seconds = 0;
   nlohmann::json held_back;  // what the guard found; null when it did not look
-  bool undone = false;       // the mesh was set back to the level's start
+  bool undone = false;       // the state was set back to the level's start
+  bool interrupted = false;  // the run was stopped in the last of the rounds below
   std::vector<RoundSummary> rounds;
 };
 
@@ -50,13 +51,20 @@ struct RefinementSummary {
   double seconds = 0;
 };
 
+// What a level changes of a state, as it was before round 0: what undoing the level brings back. By vertex
+// of the mesh that the level works on.
+struct LevelStart {
+  std::vector<Eigen::Vector3d> vertices;
+  std::vector<char> was_supported;
+};
+
 struct RefinementState {
   int level = 0;      // of the pyramid, the one in work
   int round = 0;      // on it, the next to run; 0: the level's preparations are to be made
   TriangleMesh mesh;  // normalised world; input vertices first, then new ones as made
   std::vector<Eigen::Vector3d> input_position;  // of mesh.vertices, on the surface of the input
-  std::vector<Eigen::Vector3d> level_start;     // positions of mesh.vertices before round 0
-  MeshOrder order;                              // that the level works in; empty when round is 0
+  LevelStart level_start;
+  MeshOrder order;                  // that the level works in; empty when round is 0
   std::vector<char> was_supported;  // by vertex of `mesh`: some pair has seen a facet of it
   RefinementSummary summary;
 };

@@ -25,6 +25,7 @@ constexpr int kCandidatesPerPoint = 12;  // pixels tried for each sparse point w
 constexpr std::uint64_t kMaxPerPoint = 16;  // counters set aside for one point
 
 enum Stream : std::uint64_t {
+  kPoseStream = 50,
   kTextureStream = 100,
   kExposureStream,
   kInitStream,
@@ -69,6 +70,7 @@ void RenderViews(const SyntheticLayout& layout, const MeshRays& rays, SyntheticS
     return stress.Albedo(texture, point) * (1 - options.shading + options.shading * lambert);
   };
   const CounterRandom exposure = Random(options, kExposureStream);
+  const CounterRandom pose = Random(options, kPoseStream);
   for (size_t v = 0; v < layout.cameras.size(); ++v) {
     View view;
     char name[32];
@@ -85,7 +87,8 @@ void RenderViews(const SyntheticLayout& layout, const MeshRays& rays, SyntheticS
     const Exposure used = stress.ExposureOf(index, {gain, offset});
     view.gray = Exposed(radiance, used.gain, used.offset, options.noise_sigma,
                         Random(options, kSensorStream + v));
-    view.camera = stress.Calibration(index, count, layout.cameras[v]);
+    view.camera = WithPoseNoise(stress.Calibration(index, count, layout.cameras[v]),
+                                options.pose_noise_px, pose, index);
     synthetic->scene.views.push_back(std::move(view));
     synthetic->depth.push_back(RenderDepth(rays, layout.cameras[v]));
   }
@@ -209,6 +212,9 @@ void SyntheticOptions::Describe(OptionSet* set) {
   set->Add("synth.exposure_spread", &exposure_spread, "standard deviation of the views' gains", 0,
            0.5);
   set->Add("synth.stress", &stress, "what is wrong with the photographs");
+  set->Add("synth.pose_noise_px", &pose_noise_px,
+           "error of every view's pose as the scene gives it, standard deviation in pixels", 0,
+           100);
   set->Add("synth.init_edge_px", &init_edge_px,
            "edge length of the initial mesh in pixel footprints", 1, 1000);
   set->Add("synth.init_noise_px", &init_noise_px,

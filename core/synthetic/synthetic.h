@@ -64,6 +64,7 @@ struct SyntheticOptions {
   double noise_sigma = 1.5;       // grey levels
   double exposure_spread = 0.05;  // standard deviation over the views of the gain
   StressKind stress = StressKind::kNone;
+  double pose_noise_px = 0;        // of all views' poses as the scene gives them (WithPoseNoise)
   double init_edge_px = 40;        // edge length of the initial mesh
   double init_noise_px = 0.5;      // standard deviation of its vertices along their normals
   int point_count = 2000;          // sparse points

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 namespace burin {
 namespace {
@@ -63,6 +64,22 @@ void Stress::ChangeRadiance(int view, int count,
       }
     }
   }
+}
+
+Camera WithPoseNoise(const Camera& truth, double px, const CounterRandom& random, int view) {
+  if (px == 0) return truth;
+  const auto first = 6 * static_cast<std::uint64_t>(view);
+  const double angle = px / truth.fx;
+  const Eigen::Vector3d turn(angle * random.Normal(first), angle * random.Normal(first + 1),
+                             2 * angle * random.Normal(first + 2));
+  Eigen::Vector3d center = truth.Center();
+  const double shift = 0.5 * angle * center.norm();
+  for (int c = 0; c < 3; ++c) center[c] += shift * random.Normal(first + 3 + c);
+  Camera camera = truth;
+  const double norm = turn.norm();
+  if (norm > 0) camera.rotation = Eigen::AngleAxisd(norm, turn / norm) * truth.rotation;
+  camera.translation = -camera.rotation * center;
+  return camera;
 }
 
 Camera Stress::Calibration(int view, int count, const Camera& truth) const {

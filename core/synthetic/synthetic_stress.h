@@ -16,6 +16,7 @@
 
 #include "core/scene/camera.h"
 #include "core/support/choices.h"
+#include "core/support/counter_random.h"
 
 namespace burin {
 
@@ -34,6 +35,12 @@ struct Exposure {
   double gain = 1;
   double offset = 0;  // grey levels
 };
+
+// `truth` with an error in its pose, as structure from motion leaves one. In standard deviations of
+// independent normal numbers: rotation about the camera's x and y axes px / f each, about its optical
+// axis 2 px / f; centre, for each coordinate, 0.5 px / f times its distance from the world's origin.
+// `random` numbers `6 view` to `6 view + 5` are used.
+Camera WithPoseNoise(const Camera& truth, double px, const CounterRandom& random, int view);
 
 class Stress {
  public:
