@@ -43,6 +43,7 @@ TriangleMesh Refined(int threads) {
 template <typename Work>
 void AtOnce(int count, const Work& work) {
   std::vector<std::thread> threads;
+  threads.reserve(count);
   for (int k = 0; k < count; ++k) threads.emplace_back([&work, k] { work(k); });
   for (std::thread& thread : threads) thread.join();
 }

@@ -4,6 +4,8 @@
 
 #include <limits>
 
+#include "core/support/parallel.h"
+
 namespace burin {
 
 Eigen::Vector3d EmbreeMesh::Middle(const TriangleMesh& mesh) {
@@ -46,7 +48,8 @@ EmbreeMesh::EmbreeMesh(const TriangleMesh& mesh, const Eigen::Vector3d& origin, 
     rtcAttachGeometry(scene_, geometry);
     rtcReleaseGeometry(geometry);
   }
-  rtcCommitScene(scene_);
+  // Embree builds in the threads of whoever calls it: those of the run.
+  ParallelFor(1, 1, [this](int, int) { rtcCommitScene(scene_); });
 }
 
 EmbreeMesh::~EmbreeMesh() {

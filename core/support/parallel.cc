@@ -6,7 +6,9 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <mutex>
 #include <optional>
+#include <set>
 #include <thread>
 
 #ifdef __SANITIZE_THREAD__
@@ -51,6 +53,39 @@ tbb::task_arena& CurrentArena() {
   return current_arena != nullptr ? *current_arena : *all_cores;
 }
 
+// Tells TBB how many threads the scopes that live need together, for it creates no more than cores unless
+// told (more are of use in tests), and libraries that use it on their own would take all cores.
+class ProcessLimit {
+ public:
+  static ProcessLimit& Get() {
+    static auto* limit = new ProcessLimit();
+    return *limit;
+  }
+  // 0: no scope.
+  void Replace(int old_count, int new_count) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (old_count > 0) counts_.erase(counts_.find(old_count));
+    if (new_count > 0) counts_.insert(new_count);
+    int sum = 0;
+    for (const int count : counts_) sum += std::min(count, ThreadsFor(0));
+    const int limit =
+        counts_.empty() ? 0 : std::max(*counts_.rbegin(), std::min(sum, ThreadsFor(0)));
+    if (limit == limit_) return;
+    limit_ = limit;
+    control_.reset();  // first, since of several the least holds
+    if (limit > 0) control_.emplace(tbb::global_control::max_allowed_parallelism, limit);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::multiset<int> counts_;
+  int limit_ = 0;
+  std::optional<tbb::global_control> control_;
+};
+
+// The innermost scope of this thread.
+thread_local int scope_count = 0;
+
 // A parallel call: its items belong to the caller's run, whichever thread takes them. One that waits
 // inside an item may take an item of another call meanwhile, so each puts back what it found.
 class Call {
@@ -87,20 +122,24 @@ int ThreadsFor(int count) {
 }
 
 struct ThreadScope::Threads {
-  explicit Threads(int count) : arena(count) {
-    // TBB creates no more workers than cores unless told; more threads than cores are of use in tests.
-    if (count > ThreadsFor(0)) more.emplace(tbb::global_control::max_allowed_parallelism, count);
+  explicit Threads(int count) : arena(count), outer_arena(current_arena), outer_count(scope_count) {
+    ProcessLimit::Get().Replace(outer_count, count);
+    current_arena = &arena;
+    scope_count = count;
   }
-  std::optional<tbb::global_control> more;
+  ~Threads() {
+    ProcessLimit::Get().Replace(scope_count, outer_count);
+    current_arena = outer_arena;
+    scope_count = outer_count;
+  }
   tbb::task_arena arena;
+  tbb::task_arena* outer_arena;
+  int outer_count;
 };
 
-ThreadScope::ThreadScope(int count)
-    : threads_(std::make_unique<Threads>(ThreadsFor(count))), outer_(current_arena) {
-  current_arena = &threads_->arena;
-}
+ThreadScope::ThreadScope(int count) : threads_(std::make_unique<Threads>(ThreadsFor(count))) {}
 
-ThreadScope::~ThreadScope() { current_arena = static_cast<tbb::task_arena*>(outer_); }
+ThreadScope::~ThreadScope() = default;
 
 int ThreadCount() { return CurrentArena().max_concurrency(); }
 

@@ -25,7 +25,6 @@ class ThreadScope {
  private:
   struct Threads;
   std::unique_ptr<Threads> threads_;
-  void* outer_;
 };
 
 // Threads that ParallelFor uses here.
