@@ -236,9 +236,8 @@ TEST(Refinement, ACapOfFacesIsKeptAndTold) {
   EXPECT_LT(capped.mesh.faces.size(), 1010U);
   EXPECT_FALSE(capped.refinement.levels.back().reached_bound);
   options.refinement.level.max_faces = PipelineOptions().refinement.level.max_faces;
-  EXPECT_TRUE(RunPipeline(Relief().scene, Relief().init, options)
-                  .refinement.levels.back()
-                  .reached_bound);
+  EXPECT_TRUE(
+      RunPipeline(Relief().scene, Relief().init, options).refinement.levels.back().reached_bound);
 }
 
 TEST(Refinement, MeshOutsideEveryViewIsAnError) {
