@@ -12,25 +12,13 @@
 #include "core/synthetic/synthetic.h"
 #include "costs/frozen_windows.h"
 #include "selection/pair_selection.h"
+#include "tests/small_relief.h"
 
 namespace burin {
 namespace {
 
-SyntheticScene SmallRelief() {
-  SyntheticOptions options;
-  options.views = 7;
-  options.width = 240;
-  options.height = 180;
-  options.samples_per_axis = 2;
-  options.init_edge_px = 24;
-  options.relief_px = 3;
-  options.truth_point_count = 1000;
-  options.point_count = 500;
-  return MakeSyntheticScene(options);
-}
-
 const SyntheticScene& Relief() {
-  static const auto* scene = new SyntheticScene(SmallRelief());
+  static const auto* scene = new SyntheticScene(MakeSyntheticScene(test::SmallReliefOptions(7)));
   return *scene;
 }
 

@@ -10,6 +10,7 @@
 #include "core/visibility/facet_pencil.h"
 #include "core/visibility/visibility.h"
 #include "tests/colmap_testing.h"
+#include "tests/small_relief.h"
 #include "tests/test_scene.h"
 
 namespace burin {
@@ -103,15 +104,7 @@ TEST(ImageMasks, AreReadByColmapsNames) {
 
 // Something that moved through two views, and masks that leave it out.
 TEST(ImageMasks, LeavingOutAMovingObjectMendsTheMesh) {
-  SyntheticOptions options;
-  options.views = 6;
-  options.width = 240;
-  options.height = 180;
-  options.samples_per_axis = 2;
-  options.init_edge_px = 24;
-  options.relief_px = 3;
-  options.truth_point_count = 1000;
-  options.point_count = 500;
+  SyntheticOptions options = test::SmallReliefOptions(6);
   const SyntheticScene clean = MakeSyntheticScene(options);
   options.stress = StressKind::kMover;
   SyntheticScene moved = MakeSyntheticScene(options);

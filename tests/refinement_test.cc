@@ -11,26 +11,14 @@
 #include "core/evaluate/evaluation.h"
 #include "core/support/error.h"
 #include "core/synthetic/synthetic.h"
+#include "tests/small_relief.h"
 #include "tests/test_scene.h"
 
 namespace burin {
 namespace {
 
-SyntheticScene SmallRelief() {
-  SyntheticOptions options;
-  options.views = 5;
-  options.width = 240;
-  options.height = 180;
-  options.samples_per_axis = 2;
-  options.init_edge_px = 24;
-  options.relief_px = 3;
-  options.truth_point_count = 1000;
-  options.point_count = 500;
-  return MakeSyntheticScene(options);
-}
-
 const SyntheticScene& Relief() {
-  static const auto* scene = new SyntheticScene(SmallRelief());
+  static const auto* scene = new SyntheticScene(MakeSyntheticScene(test::SmallReliefOptions(5)));
   return *scene;
 }
 
