@@ -20,29 +20,29 @@ constexpr int kVertexGrain = 1024;
 
 constexpr double kMatchingShare = 1.0 / 64;  // of the truth's diameter
 
-// Of the points whose match is within `reach`, the distances that are scored; negative for the rest.
-std::vector<double> Within(const MatchDistances& distances, bool to_plane, double reach) {
+// Over the points whose match is within `reach`.
+DistanceStatistics StatisticsWithin(const MatchDistances& distances, bool to_plane, double reach) {
   std::vector<double> within = to_plane ? distances.plane : distances.point;
   for (size_t k = 0; k < within.size(); ++k) {
     if (distances.point[k] > reach) within[k] = -1;
   }
-  return within;
-}
-
-DistanceStatistics StatisticsWithin(const MatchDistances& distances, bool to_plane, double reach) {
-  return StatisticsOf(Within(distances, to_plane, reach));
+  return StatisticsOf(within);
 }
 
 // Share of the points closer than tau: of all, or of those that have a match.
 double ShareCloser(const MatchDistances& distances, bool to_plane, double max_distance, double tau,
                    UnmatchedSamples unmatched) {
-  const std::vector<double> within = Within(distances, to_plane, std::max(max_distance, tau));
-  const auto closer =
-      std::count_if(within.begin(), within.end(), [&](double d) { return d >= 0 && d < tau; });
+  const double reach = std::max(max_distance, tau);
+  const std::vector<double>& scored = to_plane ? distances.plane : distances.point;
+  std::int64_t closer = 0;
+  std::int64_t matched = 0;
+  for (size_t k = 0; k < scored.size(); ++k) {
+    if (scored[k] < 0 || distances.point[k] > reach) continue;
+    ++matched;
+    if (scored[k] < tau) ++closer;
+  }
   const auto of =
-      unmatched == UnmatchedSamples::kCount
-          ? static_cast<std::ptrdiff_t>(within.size())
-          : std::count_if(within.begin(), within.end(), [](double d) { return d >= 0; });
+      unmatched == UnmatchedSamples::kCount ? static_cast<std::int64_t>(scored.size()) : matched;
   return of > 0 ? static_cast<double>(closer) / static_cast<double>(of) : 0;
 }
 
