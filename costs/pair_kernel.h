@@ -44,7 +44,7 @@ template <typename T>
 struct PairInput {
   int width = 0;  // of the reference image
   int height = 0;
-  const float* image = nullptr;            // I, row-major, grey levels
+  const float* image = nullptr;            // I, row-major, grey levels in any unit
   float grey_offset = 0;                   // subtracted from I; the second image has it subtracted
   const T* inverse_depth = nullptr;        // s, row-major; any value outside the domain
   PartnerPixels domain;                    // Omega_ij
@@ -52,8 +52,8 @@ struct PairInput {
   double warp[9] = {};                     // A, row-major: K_j R_j R_i^T K_i^-1
   double epipole[3] = {};                  // e = K_j (R_j c_i + t_j)
   int radius = 2;                          // window (2 radius + 1)^2
-  double variance_floor = 0;               // e^2, squared grey levels per tap
-  double reliability_noise = 0;            // nu, squared grey levels per tap; 0 switches omega to 1
+  double variance_floor = 0;               // e^2, squared units of I and J per tap
+  double reliability_noise = 0;            // nu, squared units per tap; 0 switches omega to 1
   int min_taps = 1;                        // windows with fewer taps are left out
   const WindowMasks* masks = nullptr;      // of the reference view; null = all windows are full
   bool full_below = false;                 // masked windows with fewer taps are used in full

@@ -8,8 +8,9 @@ namespace burin {
 
 struct PhotometricOptions {
   int window = 5;                 // taps along a side, odd
-  double variance_floor = 25;     // e^2 in squared grey levels
-  double reliability = 0;         // nu = reliability * (noise_i^2 + noise_j^2)
+  double relative_floor = 0.3;    // e as a share of a photograph's contrast (costs/grey_units.h)
+  double variance_floor = 0;      // e^2 in squared grey levels instead; 0 = by relative_floor
+  double reliability = 0;         // nu = reliability * (noise_i^2 + noise_j^2), noise in units of e
   double min_valid_share = 0.8;   // of the window's taps
   bool double_precision = false;  // fields in double, for derivative checks
   MaskOptions mask;

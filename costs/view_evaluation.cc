@@ -7,6 +7,7 @@
 
 #include "core/support/parallel.h"
 #include "core/visibility/facet_pencil.h"
+#include "costs/grey_units.h"
 #include "costs/pair_kernel.h"
 #include "costs/spline_image.h"
 
@@ -15,8 +16,6 @@ namespace {
 
 constexpr int kRowGrain = 32;
 constexpr int kFacetGrain = 512;
-// Subtracted from all images: keeps the squares in the window sums small in single precision.
-constexpr float kGreyOffset = 128.0F;
 
 // Maps a pixel (x, y, 1) of the reference and its inverse depth s to the second image:
 // q ~ warp * (x, y, 1) + epipole * s.
@@ -35,6 +34,8 @@ void FillWarp(const Camera& reference, const Camera& second, double warp[9], dou
   Eigen::Map<Eigen::Vector3d>(epipole, 3) = e;
 }
 
+float ScaledOffset(const GreyUnits& units) { return static_cast<float>(units.offset / units.unit); }
+
 template <typename T>
 class ViewEvaluationIn : public ViewEvaluation {
  public:
@@ -44,9 +45,13 @@ class ViewEvaluationIn : public ViewEvaluation {
     views_ = &level_views;
     splines_.clear();
     splines_.resize(views_->size());
+    units_.resize(views_->size());
     ParallelFor(static_cast<int>(views_->size()), 1, [&](int begin, int end) {
       for (int i = begin; i < end; ++i) {
-        splines_[i] = SplineImage<T>((*views_)[i].FloatImage(), T(kGreyOffset));
+        units_[i] = UnitsOf((*views_)[i], options_);
+        cv::Mat1f image;
+        (*views_)[i].image.convertTo(image, CV_32F, 1 / units_[i].unit);
+        splines_[i] = SplineImage<T>(image, static_cast<T>(ScaledOffset(units_[i])));
       }
     });
   }
@@ -64,7 +69,7 @@ class ViewEvaluationIn : public ViewEvaluation {
     fields_.Resize(pixels, derivatives, output->scores != nullptr);
     ParallelFor(domain.height, kRowGrain, [&](int begin, int end) {
       cv::Mat rows = image_.rowRange(begin, end);
-      (*views_)[view].image.rowRange(begin, end).convertTo(rows, CV_32F);
+      (*views_)[view].image.rowRange(begin, end).convertTo(rows, CV_32F, 1 / units_[view].unit);
       fields_.Clear(static_cast<size_t>(begin) * domain.width,
                     static_cast<size_t>(end) * domain.width);
     });
@@ -116,15 +121,15 @@ class ViewEvaluationIn : public ViewEvaluation {
       input.width = image_.cols;
       input.height = image_.rows;
       input.image = image_[0];
-      input.grey_offset = kGreyOffset;
+      input.grey_offset = ScaledOffset(units_[view]);
       input.inverse_depth = inverse_depth_.data();
       input.domain = used.Of(b);
       input.second = &splines_[second];
       FillWarp((*views_)[view].camera, (*views_)[second].camera, input.warp, input.epipole);
       input.radius = options_.window / 2;
-      input.variance_floor = options_.variance_floor;
-      const double noise_i = (*views_)[view].noise_sigma;
-      const double noise_j = (*views_)[second].noise_sigma;
+      input.variance_floor = 1;
+      const double noise_i = (*views_)[view].noise_sigma / units_[view].unit;
+      const double noise_j = (*views_)[second].noise_sigma / units_[second].unit;
       input.reliability_noise = options_.reliability * (noise_i * noise_i + noise_j * noise_j);
       const double taps = options_.window * options_.window;
       if (masks.size() > 0) input.masks = &masks;
@@ -182,6 +187,7 @@ class ViewEvaluationIn : public ViewEvaluation {
 
   const PhotometricOptions options_;
   const std::vector<LevelView>* views_ = nullptr;
+  std::vector<GreyUnits> units_;
   std::vector<SplineImage<T>> splines_;
   // Of the view in work.
   cv::Mat1f image_;

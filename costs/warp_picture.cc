@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/visibility/facet_pencil.h"
+#include "costs/grey_units.h"
 #include "costs/spline_image.h"
 
 namespace burin {
@@ -60,8 +61,11 @@ WarpPicture MakeWarpPicture(const std::vector<LevelView>& views, int reference,
   return picture;
 }
 
-cv::Mat1f WindowErrors(const cv::Mat1f& image, const WarpPicture& pair,
+cv::Mat1f WindowErrors(const LevelView& view, const LevelView& second, const WarpPicture& pair,
                        const PhotometricOptions& options, const WindowMasks* masks) {
+  const cv::Mat1f image = view.FloatImage();
+  const double floor_i = std::pow(UnitsOf(view, options).unit, 2);
+  const double floor_w = std::pow(UnitsOf(second, options).unit, 2);
   const int radius = options.window / 2;
   const double min_taps =
       std::max(2.0, std::ceil(options.min_valid_share * options.window * options.window));
@@ -100,9 +104,8 @@ cv::Mat1f WindowErrors(const cv::Mat1f& image, const WarpPicture& pair,
                      (options.mask.below == PoorWindow::kFullThin && masks->thin[entry]));
       if (n < min_taps && in_full) add_taps(true);
       if (n < min_taps) continue;
-      const double floor = n * options.variance_floor;
-      const double square_i = sum[2] - sum[0] * sum[0] / n + floor;
-      const double square_w = sum[3] - sum[1] * sum[1] / n + floor;
+      const double square_i = sum[2] - sum[0] * sum[0] / n + n * floor_i;
+      const double square_w = sum[3] - sum[1] * sum[1] / n + n * floor_w;
       const double z = (sum[4] - sum[0] * sum[1] / n) / std::sqrt(square_i * square_w);
       errors(y, x) = static_cast<float>(1 - z);
     }

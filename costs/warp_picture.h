@@ -21,8 +21,8 @@ WarpPicture MakeWarpPicture(const std::vector<LevelView>& views, int reference,
                             const ViewDomain& domain, int partner, const TriangleMesh& mesh);
 
 // 1 - ZNCC of the window around every pixel of a pair, as the energy counts it; 0 where the window
-// does not count. With `masks` of the reference view, over the taps they keep.
-cv::Mat1f WindowErrors(const cv::Mat1f& image, const WarpPicture& pair,
+// does not count; `second` is the warped view. With `masks` of the reference view, over the taps they keep.
+cv::Mat1f WindowErrors(const LevelView& view, const LevelView& second, const WarpPicture& pair,
                        const PhotometricOptions& options, const WindowMasks* masks);
 
 // The reference image in grey, redder the more taps the window around a pixel keeps (the paper's

@@ -57,8 +57,8 @@ std::pair<double, int> OneByOne(const Round& round) {
     for (size_t b = 0; b < domain.seconds.size(); ++b) {
       const WarpPicture pair = MakeWarpPicture(round.views, static_cast<int>(i), domain,
                                                static_cast<int>(b), round.mesh);
-      const cv::Mat1f errors = WindowErrors(round.views[i].FloatImage(), pair, round.options,
-                                            masks.size() > 0 ? &masks : nullptr);
+      const cv::Mat1f errors = WindowErrors(round.views[i], round.views[domain.seconds[b]], pair,
+                                            round.options, masks.size() > 0 ? &masks : nullptr);
       for (const float error : errors) {
         energy += error;
         windows += error != 0 ? 1 : 0;

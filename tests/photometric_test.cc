@@ -8,6 +8,7 @@
 
 #include "core/refine/round.h"
 #include "core/support/parallel.h"
+#include "costs/grey_units.h"
 #include "costs/patch_cost.h"
 #include "costs/photometric_energy.h"
 #include "costs/spline_image.h"
@@ -181,6 +182,13 @@ struct Reference {
       Eigen::Matrix<double, kUnknowns, kUnknowns>::Zero();
 };
 
+// A view's grey levels in units of its floor, in single precision as the energy has them.
+cv::Mat1f InUnits(const LevelView& view, const PhotometricOptions& options) {
+  cv::Mat1f image;
+  view.image.convertTo(image, CV_32F, 1 / UnitsOf(view, options).unit);
+  return image;
+}
+
 Reference EvaluateByAutodiff(const RoundContext& context, const PhotometricOptions& options) {
   const TriangleMesh& mesh = *context.mesh;
   std::vector<JetVector> vertices(mesh.vertices.size());
@@ -195,7 +203,7 @@ Reference EvaluateByAutodiff(const RoundContext& context, const PhotometricOptio
   for (size_t i = 0; i < context.domains->size(); ++i) {
     const ViewDomain& domain = (*context.domains)[i];
     const LevelView& view = (*context.views)[i];
-    const cv::Mat1f image = view.FloatImage();
+    const cv::Mat1f image = InUnits(view, options);
     std::vector<int> facet_of(static_cast<size_t>(domain.width) * domain.height, -1);
     for (size_t k = 0; k < domain.facet.size(); ++k) {
       for (const ImagePixel pixel : domain.PixelsOf(k)) facet_of[pixel.index] = domain.facet[k];
@@ -213,7 +221,7 @@ Reference EvaluateByAutodiff(const RoundContext& context, const PhotometricOptio
     }
     for (size_t b = 0; b < domain.seconds.size(); ++b) {
       const LevelView& second = (*context.views)[domain.seconds[b]];
-      const SplineImage<double> spline(second.FloatImage(), 0.0);
+      const SplineImage<double> spline(InUnits(second, options), 0.0);
       std::vector<Jet> warped(facet_of.size());
       std::vector<char> valid(facet_of.size(), 0);
       for (size_t p = 0; p < facet_of.size(); ++p) {
@@ -270,14 +278,14 @@ Reference EvaluateByAutodiff(const RoundContext& context, const PhotometricOptio
             mean_i += image(static_cast<int>(t) / domain.width, t % domain.width) / n;
             mean_w += warped[t] / n;
           }
-          double square_a = n * options.variance_floor;
-          Jet square_b(n * options.variance_floor);
+          double square_a = n;
+          Jet square_b(n);
           for (size_t t : taps) {
             const double a = image(static_cast<int>(t) / domain.width, t % domain.width) - mean_i;
             square_a += a * a;
             square_b += (warped[t] - mean_w) * (warped[t] - mean_w);
           }
-          const double root_floor = std::sqrt(n * options.variance_floor);
+          const double root_floor = std::sqrt(n);
           std::vector<Jet> residuals;
           for (size_t t : taps) {
             const double a = image(static_cast<int>(t) / domain.width, t % domain.width) - mean_i;

@@ -25,10 +25,11 @@ void WriteDebugImages(const std::filesystem::path& folder, int level, const Roun
         MakeWarpPicture(*context.views, static_cast<int>(i), domain, 0, *context.mesh);
     cv::Mat grey;
     image.convertTo(grey, CV_8U);
+    const LevelView& warped = (*context.views)[domain.seconds[0]];
     cv::Mat without;
     cv::Mat with;
-    WindowErrors(image, pair, options, nullptr).convertTo(without, CV_8U, 255);
-    WindowErrors(image, pair, options, &masks).convertTo(with, CV_8U, 255);
+    WindowErrors(view, warped, pair, options, nullptr).convertTo(without, CV_8U, 255);
+    WindowErrors(view, warped, pair, options, &masks).convertTo(with, CV_8U, 255);
     const std::string& second = names[domain.seconds[0]];
     // Views in different folders may have files of one name.
     std::string stem = std::filesystem::path(names[i]).replace_extension().string();

@@ -4,13 +4,12 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "core/image/grey_statistics.h"
 #include "core/support/parallel.h"
 
 namespace burin {
 namespace {
 
-constexpr int kNoiseBlock = 16;
-constexpr double kNoisePercentile = 0.2;
 constexpr int kSmallestSide = 16;
 
 cv::Mat ReducedMask(const cv::Mat& mask, const cv::Size& size) {
@@ -23,36 +22,15 @@ cv::Mat ReducedMask(const cv::Mat& mask, const cv::Size& size) {
   return whole;
 }
 
-}  // namespace
-
-double EstimateNoise(const cv::Mat1f& image) {
-  std::vector<double> sigmas;
-  for (int y0 = 1; y0 + kNoiseBlock < image.rows; y0 += kNoiseBlock) {
-    for (int x0 = 1; x0 + kNoiseBlock < image.cols; x0 += kNoiseBlock) {
-      double sum = 0;
-      bool clipped = false;
-      for (int y = y0; y < y0 + kNoiseBlock; ++y) {
-        const float* above = image[y - 1];
-        const float* here = image[y];
-        const float* below = image[y + 1];
-        for (int x = x0; x < x0 + kNoiseBlock; ++x) {
-          const double response = above[x - 1] - 2.0 * above[x] + above[x + 1] - 2.0 * here[x - 1] +
-                                  4.0 * here[x] - 2.0 * here[x + 1] + below[x - 1] -
-                                  2.0 * below[x] + below[x + 1];
-          sum += response * response;
-          clipped |= here[x] <= 1 || here[x] >= 254;
-        }
-      }
-      if (!clipped && sum > 0) {
-        sigmas.push_back(std::sqrt(sum / (kNoiseBlock * kNoiseBlock)) / 6);
-      }
-    }
-  }
-  if (sigmas.empty()) return 0;
-  const auto rank = static_cast<long>(kNoisePercentile * static_cast<double>(sigmas.size()));
-  std::nth_element(sigmas.begin(), sigmas.begin() + rank, sigmas.end());
-  return sigmas[rank];
+// Of the photograph at half its size, where sharp and soft photographs differ less than in full.
+double PhotographContrast(const View& view, const cv::Mat1f& full) {
+  const cv::Size size((full.cols + 1) / 2, (full.rows + 1) / 2);
+  cv::Mat1f half;
+  cv::resize(full, half, size, 0, 0, cv::INTER_AREA);
+  return TextureContrast(half, view.mask.empty() ? cv::Mat() : ReducedMask(view.mask, size));
 }
+
+}  // namespace
 
 std::vector<LevelView> MakeLevelViews(const Scene& scene, int level, const Eigen::Vector3d& origin,
                                       double scale) {
@@ -67,18 +45,21 @@ std::vector<LevelView> MakeLevelViews(const Scene& scene, int level, const Eigen
                         static_cast<int>(std::lround(full * shrink)));
       };
       const cv::Size size(side(source.camera.width), side(source.camera.height));
+      cv::Mat1f full;
+      source.gray.convertTo(full, CV_32F);
+      view.contrast = PhotographContrast(source, full);
+      view.photo_noise_sigma = EstimateNoise(full);
+      view.noise_sigma = view.photo_noise_sigma;
       if (size == source.gray.size()) {
         view.image = source.gray;  // shared, so that the finest level costs no memory
       } else {
-        cv::Mat full;
-        cv::Mat reduced;
-        source.gray.convertTo(full, CV_32F);
+        cv::Mat1f reduced;
         cv::resize(full, reduced, size, 0, 0, cv::INTER_AREA);
         view.image = reduced;
+        view.noise_sigma = EstimateNoise(reduced);
       }
       if (!source.mask.empty()) view.mask = ReducedMask(source.mask, size);
       view.camera = source.camera.Resized(size.width, size.height).InScaledWorld(origin, scale);
-      view.noise_sigma = EstimateNoise(view.FloatImage());
     }
   });
   return views;

@@ -15,7 +15,10 @@ struct LevelView {
   Camera camera;
   cv::Mat image;           // grey levels 0..255, CV_8UC1 or CV_32FC1
   cv::Mat mask;            // CV_8UC1, 0 = not to be used; empty = all pixels are
-  double noise_sigma = 0;  // estimated standard deviation of the image noise, grey levels
+  double noise_sigma = 0;  // of this level's image, in grey levels (core/image/grey_statistics.h)
+  // Of the photograph, the same at all levels; the contrast is taken at half its size.
+  double contrast = 0;
+  double photo_noise_sigma = 0;
 
   // The image in single precision; a copy unless it is already.
   cv::Mat1f FloatImage() const {
@@ -31,11 +34,5 @@ struct LevelView {
 // must not reach a sample through interpolation.
 std::vector<LevelView> MakeLevelViews(const Scene& scene, int level, const Eigen::Vector3d& origin,
                                       double scale);
-
-// Standard deviation of an image's noise in grey levels. The noise-only response of the mask
-// [1 -2 1; -2 4 -2; 1 -2 1] has 6 times the noise's standard deviation (Immerkaer, "Fast noise
-// variance estimation", 1996); taken as the 20th percentile over 16x16 blocks that are neither
-// saturated nor constant, so that texture does not count as noise. 0 when there is no such block.
-double EstimateNoise(const cv::Mat1f& image);
 
 }  // namespace burin
