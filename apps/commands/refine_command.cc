@@ -67,13 +67,45 @@ std::string EventText(const RefinementEvent& event) {
   return text.str();
 }
 
+// "a.jpg", "a.jpg, b.jpg" or "a.jpg, b.jpg and 7 more".
+std::string Listed(const std::vector<std::string>& names) {
+  constexpr size_t kShown = 3;
+  std::string text = names[0];
+  for (size_t k = 1; k < std::min(kShown, names.size()); ++k) text += ", " + names[k];
+  if (names.size() > kShown) text += " and " + std::to_string(names.size() - kShown) + " more";
+  return text;
+}
+
+// Which views a level leaves out, and which it reduces less than others; empty when none.
+std::string ViewsText(const RoundContext& context, const std::vector<std::string>& names) {
+  std::vector<std::string> small;
+  std::vector<std::string> coarse;
+  for (size_t i = 0; i < names.size(); ++i) {
+    const ViewAtLevel& at = (*context.views)[i].at;
+    if (!at.takes_part) {
+      small.push_back(names[i]);
+    } else if (at.halvings != context.level) {
+      coarse.push_back(names[i]);
+    }
+  }
+  std::string text;
+  if (!small.empty()) text = "left out, too small here (level.min_side_px): " + Listed(small);
+  if (!small.empty() && !coarse.empty()) text += "; ";
+  if (!coarse.empty()) {
+    text += "reduced less than the others, as their pixels are coarser: " + Listed(coarse);
+  }
+  if (text.empty()) return text;
+  const Camera& name = NamesLevel(*context.views).camera;
+  return "level " + std::to_string(name.width) + "x" + std::to_string(name.height) + ": " + text;
+}
+
 std::string RoundText(const RoundContext& context, const TriangleMesh& mesh,
                       const RoundSummary& round) {
   std::ostringstream text;
-  text << "level " << (*context.views)[0].camera.width << "x" << (*context.views)[0].camera.height
-       << " round " << round.round + 1 << ": " << mesh.faces.size() << " faces, "
-       << round.pair_pixels << " pixel pairs, " << round.solve.strategy << " "
-       << round.solve.iterations << " iterations, energy "
+  const Camera& name = NamesLevel(*context.views).camera;
+  text << "level " << name.width << "x" << name.height << " round " << round.round + 1 << ": "
+       << mesh.faces.size() << " faces, " << round.pair_pixels << " pixel pairs, "
+       << round.solve.strategy << " " << round.solve.iterations << " iterations, energy "
        << round.energy_initial["total"].get<double>() << " -> "
        << round.energy_final["total"].get<double>();
   if (round.guard.reverted_vertices > 0) {
@@ -290,12 +322,13 @@ void RefineCommand::Run() {
   };
   parts.observers.on_round = [&](const RoundContext& context, const TriangleMesh& now,
                                  const RoundSummary& round) {
+    if (round.round == 0) {
+      if (const std::string views = ViewsText(context, names); !views.empty()) progress.Line(views);
+    }
     progress.Line(RoundText(context, now, round));
     if (debug_images && round.round == 0) {
       MakeFolder(folder / "debug");
-      const int level = static_cast<int>(std::lround(std::log2(
-          static_cast<double>(scene.views[0].camera.width) / (*context.views)[0].camera.width)));
-      WriteDebugImages(folder / "debug", level, context, options.photo, names);
+      WriteDebugImages(folder / "debug", context.level, context, options.photo, names);
     }
   };
   PipelineResult result;
