@@ -61,7 +61,8 @@ TEST_F(CliTest, OptionsOutOfRangeNameFlagAndConstraint) {
   ExpectRefused({"synth", "--output", In("s"), "--synth.width", "0"},
                 {"--synth.width 0: must be a whole number in [16, 8192]"});
   ExpectRefused({"synth", "--output", In("s"), "--scene", "nonesuch"},
-                {"--synth.scene nonesuch: must be one of relief, occluders, scan"});
+                {"--synth.scene nonesuch: must be one of relief, occluders, scan, rods, plates, "
+                 "membrane, sky"});
   ExpectRefused({"synth", "--output", In("s"), "--synth.seed", "1.5"}, {"whole number"});
   ExpectRefused({"evaluate", "--mesh", "m.ply", "--truth", "t.ply", "--tau", "5,x"}, {"tau"});
   EXPECT_FALSE(std::filesystem::exists(In("s")));

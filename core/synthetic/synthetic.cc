@@ -18,7 +18,6 @@
 namespace burin {
 namespace {
 
-constexpr double kBackground = 25;       // grey levels
 constexpr double kOffsetPerGain = 40;    // grey levels of exposure offset per unit of gain spread
 constexpr double kTrackDropOut = 0.1;    // a view that sees a sparse point misses it this often
 constexpr int kCandidatesPerPoint = 12;  // pixels tried for each sparse point wanted
@@ -77,7 +76,7 @@ void RenderViews(const SyntheticLayout& layout, const MeshRays& rays, SyntheticS
     std::snprintf(name, sizeof(name), "view_%03d.png", static_cast<int>(v));
     view.name = name;
     view.camera = layout.cameras[v];
-    cv::Mat1f radiance = RenderView(rays, vertex_normals, view.camera, shader, kBackground,
+    cv::Mat1f radiance = RenderView(rays, vertex_normals, view.camera, shader, layout.background,
                                     options.samples_per_axis);
     const double gain = std::max(0.2, 1 + options.exposure_spread * exposure.Normal(2 * v));
     const double offset = kOffsetPerGain * options.exposure_spread * exposure.Normal(2 * v + 1);
@@ -183,9 +182,23 @@ void AddTruthPoints(const SyntheticLayout& layout, const MeshRays& rays,
 }
 
 SyntheticLayout MakeLayout(const SyntheticOptions& options, const TriangleMesh& scan) {
-  if (options.scene == SyntheticKind::kRelief) return ReliefLayout(options);
-  if (options.scene == SyntheticKind::kOccluders) return OccludersLayout(options);
-  return ScanLayout(options, scan);
+  switch (options.scene) {
+    case SyntheticKind::kRelief:
+      return ReliefLayout(options);
+    case SyntheticKind::kOccluders:
+      return OccludersLayout(options);
+    case SyntheticKind::kScan:
+      return ScanLayout(options, scan);
+    case SyntheticKind::kRods:
+      return RodsLayout(options);
+    case SyntheticKind::kPlates:
+      return PlatesLayout(options);
+    case SyntheticKind::kMembrane:
+      return MembraneLayout(options);
+    case SyntheticKind::kSky:
+      return SkyLayout(options);
+  }
+  throw InputError("synth.scene: no such scene");
 }
 
 }  // namespace
@@ -195,7 +208,10 @@ void SyntheticOptions::Describe(OptionSet* set) {
   set->Add("synth.mesh_path", &mesh_path, "mesh file of the scene \"scan\"");
   set->Add("synth.scan_up", &scan_up, "axis of the scan that points up");
   set->Add("synth.seed", &seed, "seed of everything random", 0, 2147483647);
-  set->Add("synth.views", &views, "number of views; 0 = relief 7, occluders 8, scan 24", 0, 999);
+  set->Add("synth.views", &views,
+           "number of views; 0 = relief and membrane 7, occluders and sky 8, rods 9, plates 10, "
+           "scan 24",
+           0, 999);
   set->Add("synth.rig", &rig,
            "even: views evenly spaced at one distance; uneven: crowded, every third 1.7 times as "
            "far");
@@ -208,6 +224,10 @@ void SyntheticOptions::Describe(OptionSet* set) {
   set->Add("synth.shading", &shading, "share of the shading by a fixed light", 0, 1);
   set->Add("synth.relief_px", &relief_px, "RMS height of the fine relief in pixel footprints", 0,
            50);
+  set->Add(
+      "synth.gap_px", &gap_px,
+      "gap between the plates of the scene \"plates\" and thickness of each, in pixel footprints",
+      0.5, 100);
   set->Add("synth.noise_sigma", &noise_sigma, "sensor noise in grey levels", 0, 100);
   set->Add("synth.exposure_spread", &exposure_spread, "standard deviation of the views' gains", 0,
            0.5);
@@ -239,7 +259,8 @@ SyntheticScene MakeSyntheticScene(const SyntheticOptions& options, const Triangl
   synthetic.footprint = layout.footprint;
   synthetic.init = std::move(layout.init);
   PerturbAlongNormals(Random(options, kInitStream).Bits(0),
-                      options.init_noise_px * layout.footprint, &synthetic.init);
+                      layout.init_noise_share * options.init_noise_px * layout.footprint,
+                      &synthetic.init);
   {
     // Layouts stand around the origin. Another one would round another way: other bytes.
     const MeshRays rays(layout.truth, Eigen::Vector3d::Zero());

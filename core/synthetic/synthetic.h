@@ -10,6 +10,15 @@
 //              bumps, and a little too large or too small.
 //   scan       a given mesh, moved into the unit sphere; upright views around it at two heights.
 //              The initial mesh is the scan decimated and smoothed.
+//   rods       thin closed rods, two each of 1, 1.5, 2 and 3 px diameter, in front of nothing; views
+//              on an arc of 72 degrees. The initial rods are 0.7 px thicker all around and bent by
+//              1 px; their facets are an eighth of init_edge_px long.
+//   plates     two flat closed plates, gap_px thick and gap_px apart; the first half of the views
+//              in front, the others behind. The initial plates bulge by up to a quarter of the gap.
+//   membrane   relief; the initial mesh has an open sheet besides, right before view number views / 2
+//              (rounded down), that hides the left third of it.
+//   sky        a tower on the ground before a bright sky without texture. The initial mesh has a
+//              curtain besides, from the tower's back to the ends of the ground, mostly in the sky.
 //
 // "px" below are pixel footprints: the width that one pixel covers at the distance of the scene's
 // centre (SyntheticScene::footprint). All sizes follow it, so a small image shows a smaller number
@@ -29,11 +38,12 @@
 
 namespace burin {
 
-enum class SyntheticKind { kRelief, kOccluders, kScan };
+enum class SyntheticKind { kRelief, kOccluders, kScan, kRods, kPlates, kMembrane, kSky };
 inline Choices<SyntheticKind> ChoicesOf(SyntheticKind) {
-  return {{SyntheticKind::kRelief, "relief"},
-          {SyntheticKind::kOccluders, "occluders"},
-          {SyntheticKind::kScan, "scan"}};
+  return {{SyntheticKind::kRelief, "relief"}, {SyntheticKind::kOccluders, "occluders"},
+          {SyntheticKind::kScan, "scan"},     {SyntheticKind::kRods, "rods"},
+          {SyntheticKind::kPlates, "plates"}, {SyntheticKind::kMembrane, "membrane"},
+          {SyntheticKind::kSky, "sky"}};
 }
 
 enum class SignedAxis { kX, kMinusX, kY, kMinusY, kZ, kMinusZ };
@@ -53,20 +63,22 @@ struct SyntheticOptions {
   std::string mesh_path;                // of the scan; only recorded here, the caller reads it
   SignedAxis scan_up = SignedAxis::kY;  // axis of the scan that points up
   int seed = 1;
-  int views = 0;  // 0 = the scene's own number: relief 7, occluders 8, scan 24
+  // 0 = the scene's own number: relief and membrane 7, occluders and sky 8, scan 24, rods 9, plates 10.
+  int views = 0;
   RigSpacing rig = RigSpacing::kEven;
   int width = 640;
   int height = 480;
   int samples_per_axis = 3;       // rays per pixel and axis
   double texture_px = 2.5;        // finest wavelength of the texture
   double shading = 0.5;           // 0 = albedo only, 1 = full shading by a light fixed to the world
-  double relief_px = 5;           // RMS height of relief; bodies and walls of occluders a third
+  double relief_px = 5;           // RMS height of relief; occluders and sky's ground a third
+  double gap_px = 4;              // between the plates
   double noise_sigma = 1.5;       // grey levels
   double exposure_spread = 0.05;  // standard deviation over the views of the gain
   StressKind stress = StressKind::kNone;
   double pose_noise_px = 0;        // of all views' poses as the scene gives them (WithPoseNoise)
   double init_edge_px = 40;        // edge length of the initial mesh
-  double init_noise_px = 0.5;      // standard deviation of its vertices along their normals
+  double init_noise_px = 0.5;      // of its vertices along their normals; rods, plates: part of it
   int point_count = 2000;          // sparse points
   double point_noise_px = 0.3;     // standard deviation of each coordinate of a sparse point
   int truth_point_count = 200000;  // on the whole surface; those seen from < 2 views are dropped
@@ -77,7 +89,7 @@ struct SyntheticOptions {
 struct SyntheticScene {
   SyntheticOptions options;  // as given, with `views` filled in
   Scene scene;               // CV_8UC1 images; image_path is empty
-  TriangleMesh truth;        // about a footprint between vertices, the wall 1.5 (scan: as given)
+  TriangleMesh truth;        // about a footprint between vertices, wall and ground 1.5, plates 4
   TriangleMesh init;
   std::vector<Eigen::Vector3d> truth_points;   // evenly by area on the truth seen from >= 2 views
   std::vector<Eigen::Vector3d> truth_normals;  // unit, outward, one per truth point

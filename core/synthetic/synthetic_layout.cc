@@ -5,86 +5,16 @@
 #include <cmath>
 
 #include "core/image/noise.h"
-#include "core/support/counter_random.h"
 #include "core/support/error.h"
+#include "core/synthetic/synthetic_rig.h"
 #include "core/synthetic/synthetic_shapes.h"
 
 namespace burin {
 namespace {
 
 constexpr double kPi = 3.141592653589793;
-constexpr double kFocalPerWidth = 1.2;
-// Part of the image width that 2 world units at the centre fill in relief and occluders.
-constexpr double kFill = 0.92;
-
-// Uneven rigs: every third view stands this much farther away, and azimuths around a scan are
-// shifted by up to this many degrees.
-constexpr double kFarFactor = 1.7;
+// Azimuths of uneven rigs around a scan are shifted by up to this many degrees.
 constexpr double kCrowding = 28;
-
-enum Stream : std::uint64_t { kCameraStream = 1, kReliefStream, kBumpStream };
-
-std::uint64_t SubSeed(const SyntheticOptions& options, std::uint64_t stream) {
-  return CounterRandom(static_cast<std::uint64_t>(options.seed), stream).Bits(0);
-}
-
-double PatchFootprint(const SyntheticOptions& options) { return 2 / (kFill * options.width); }
-
-// Places cameras on spheres around a target; +z is the direction of azimuth and elevation 0, y is
-// up. Every pose gets a small deviation, as a photographer's has.
-class CameraRig {
- public:
-  CameraRig(const SyntheticOptions& options, double distance, const Eigen::Vector3d& target)
-      : random_(SubSeed(options, kCameraStream), 0),
-        uneven_(options.rig == RigSpacing::kUneven),
-        distance_(distance),
-        target_(target) {
-    intrinsics_.width = options.width;
-    intrinsics_.height = options.height;
-    intrinsics_.fx = intrinsics_.fy = kFocalPerWidth * options.width;
-    // Off the middle, as in real cameras, so that a mirrored or shifted principal point shows.
-    intrinsics_.cx = 0.507 * options.width;
-    intrinsics_.cy = 0.494 * options.height;
-  }
-
-  void Add(double azimuth_deg, double elevation_deg) {
-    const std::size_t k = cameras_.size();
-    const double distance = uneven_ && k % 3 == 1 ? kFarFactor * distance_ : distance_;
-    const std::uint64_t first = 4 * cameras_.size();
-    const double azimuth = (azimuth_deg + 0.7 * random_.Normal(first)) * kPi / 180;
-    const double elevation = (elevation_deg + 0.7 * random_.Normal(first + 1)) * kPi / 180;
-    const double roll = 2.0 * random_.Normal(first + 2) * kPi / 180;
-    const Eigen::Vector3d backward(std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
-                                   std::cos(azimuth) * std::cos(elevation));
-    Camera camera = intrinsics_;
-    const Eigen::Vector3d forward = -backward;
-    const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitY()).normalized();
-    camera.rotation.row(0) = right;
-    camera.rotation.row(1) = forward.cross(right);
-    camera.rotation.row(2) = forward;
-    camera.rotation =
-        Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ()).toRotationMatrix() * camera.rotation;
-    camera.translation = -camera.rotation * (target_ + distance * backward);
-    cameras_.push_back(camera);
-  }
-
-  double Footprint() const { return distance_ / intrinsics_.fx; }
-  const std::vector<Camera>& cameras() const { return cameras_; }
-
- private:
-  CounterRandom random_;
-  bool uneven_;
-  double distance_;
-  Eigen::Vector3d target_;
-  Camera intrinsics_;
-  std::vector<Camera> cameras_;
-};
-
-// k-th of `count` azimuths over [-half_range, half_range]; uneven ones crowd in the middle.
-double Spread(const SyntheticOptions& options, int k, int count, double half_range) {
-  const double t = count == 1 ? 0 : 2.0 * k / (count - 1) - 1;
-  return half_range * (options.rig == RigSpacing::kUneven ? t * std::pow(std::abs(t), 0.8) : t);
-}
 
 // The rotation that turns an axis to +y.
 Eigen::Matrix3d UprightRotation(SignedAxis up) {
@@ -134,7 +64,8 @@ SyntheticLayout ReliefLayout(const SyntheticOptions& options) {
   SyntheticLayout layout;
   const double footprint = PatchFootprint(options);
   const double half_height = static_cast<double>(options.height) / options.width;
-  const BandNoise relief(SubSeed(options, kReliefStream), 22 * footprint, 88 * footprint, 1.5);
+  const BandNoise relief(LayoutSeed(options, LayoutStream::kRelief), 22 * footprint, 88 * footprint,
+                         1.5);
   const auto base = [](double x, double y) {
     return 0.22 * std::exp(-(x * x + y * y) / 0.6) +
            0.05 * std::sin(1.7 * x + 0.6) * std::cos(2.1 * y);
@@ -144,7 +75,7 @@ SyntheticLayout ReliefLayout(const SyntheticOptions& options) {
   });
   layout.init = HeightFieldMesh(1, half_height, options.init_edge_px * footprint, base);
 
-  CameraRig rig(options, footprint * kFocalPerWidth * options.width, {0, 0, 0.08});
+  CameraRig rig(options, PatchDistance(options), {0, 0, 0.08});
   const int views = options.views > 0 ? options.views : 7;
   for (int k = 0; k < views; ++k) {
     rig.Add(Spread(options, k, views, 30), k % 2 == 0 ? 5 : -5);
@@ -158,7 +89,8 @@ SyntheticLayout OccludersLayout(const SyntheticOptions& options) {
   SyntheticLayout layout;
   const double footprint = PatchFootprint(options);
   const double bump_height = options.relief_px * footprint / 3;
-  const BandNoise bumps(SubSeed(options, kBumpStream), 18 * footprint, 72 * footprint, 1.5);
+  const BandNoise bumps(LayoutSeed(options, LayoutStream::kBump), 18 * footprint, 72 * footprint,
+                        1.5);
   const double init_edge = options.init_edge_px * footprint;
   const auto swell = [](double height) {
     return [height](const Eigen::Vector3d&) { return height; };
@@ -181,7 +113,7 @@ SyntheticLayout OccludersLayout(const SyntheticOptions& options) {
                body.center, &layout.init);
   }
 
-  CameraRig rig(options, footprint * kFocalPerWidth * options.width, {0, 0, 0.2});
+  CameraRig rig(options, PatchDistance(options), {0, 0, 0.2});
   const int views = options.views > 0 ? options.views : 8;
   for (int k = 0; k < views; ++k) {
     rig.Add(Spread(options, k, views, 31), k % 2 == 0 ? 11 : -9);
