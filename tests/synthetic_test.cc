@@ -17,6 +17,7 @@
 #include "core/support/parallel.h"
 #include "core/synthetic/synthetic_shapes.h"
 #include "core/visibility/ray_render.h"
+#include "tests/synthetic_bytes.h"
 
 namespace burin {
 namespace {
@@ -53,32 +54,6 @@ const SyntheticScene& SmallScene(SyntheticKind kind) {
   const auto found = scenes->find(kind);
   return found != scenes->end() ? found->second
                                 : scenes->emplace(kind, MakeSmallScene(kind)).first->second;
-}
-
-// Every number of a scene, as bytes.
-std::string Bytes(const SyntheticScene& synthetic) {
-  std::string bytes;
-  const auto append = [&](const void* data, size_t size) {
-    bytes.append(static_cast<const char*>(data), size);
-  };
-  const auto append_vectors = [&](const std::vector<Eigen::Vector3d>& vectors) {
-    for (const Eigen::Vector3d& vector : vectors) append(vector.data(), 3 * sizeof(double));
-  };
-  for (size_t v = 0; v < synthetic.scene.views.size(); ++v) {
-    const View& view = synthetic.scene.views[v];
-    append(view.gray.data, view.gray.total());
-    append(view.camera.rotation.data(), 9 * sizeof(double));
-    append(synthetic.depth[v].data, synthetic.depth[v].total() * sizeof(float));
-  }
-  append_vectors(synthetic.truth.vertices);
-  append_vectors(synthetic.init.vertices);
-  append_vectors(synthetic.truth_points);
-  append_vectors(synthetic.truth_normals);
-  for (const ScenePoint& point : synthetic.scene.points) {
-    append_vectors({point.position});
-    append(point.views.data(), point.views.size() * sizeof(int));
-  }
-  return bytes;
 }
 
 // Samples at (x, y), pixel centres at half-integers.

@@ -19,20 +19,22 @@ constexpr double kGroundHalfWidth = 1.6;
 constexpr double kTowerHalfWidth = 0.17;
 constexpr double kTowerTop = 0.5;
 constexpr double kTowerSwellPx = 1.5;
-constexpr double kHorizonTop = -0.05;  // y of the curtain's top at its ends
+constexpr double kCurtainFar = -1.3;  // z of the curtain at its ends
+constexpr double kCurtainLow = 0.02;  // y of its top there
 
 // Poisson reconstruction closes what nobody measured: a curtain from the tower's back out and away
-// to the ends of the ground, its top sagging from the tower's to the horizon. It faces the cameras.
+// above the ground, its top sagging from the tower's to the horizon. It faces the cameras.
 TriangleMesh Curtain(double edge) {
-  TriangleMesh curtain = HeightFieldMesh(kGroundHalfWidth, 1, edge, [](double x, double) {
-    const double beside = std::max(0.0, std::abs(x) - kTowerHalfWidth);
-    return -1.5 * kTowerHalfWidth +
-           (kFar + 1.5 * kTowerHalfWidth) * beside / (kGroundHalfWidth - kTowerHalfWidth);
+  const auto beside = [](double x) {  // 0 behind the tower, 1 at the ends
+    return std::max(0.0, std::abs(x) - kTowerHalfWidth) / (kGroundHalfWidth - kTowerHalfWidth);
+  };
+  const double behind = -1.5 * kTowerHalfWidth;
+  TriangleMesh curtain = HeightFieldMesh(kGroundHalfWidth, 1, edge, [&](double x, double) {
+    return behind + (kCurtainFar - behind) * beside(x);
   });
   for (Eigen::Vector3d& vertex : curtain.vertices) {
-    const double beside = std::clamp(
-        (std::abs(vertex.x()) - kTowerHalfWidth) / (kGroundHalfWidth - kTowerHalfWidth), 0.0, 1.0);
-    const double top = kHorizonTop + (kTowerTop - kHorizonTop) * (1 - beside) * (1 - beside);
+    const double sag = std::pow(1 - beside(vertex.x()), 1.5);
+    const double top = kCurtainLow + (kTowerTop - kCurtainLow) * sag;
     vertex.y() = kGroundY + (top - kGroundY) * (vertex.y() + 1) / 2;
   }
   return curtain;
