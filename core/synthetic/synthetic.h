@@ -18,7 +18,7 @@
 //   membrane   relief; the initial mesh has an open sheet besides, right before view number views / 2
 //              (rounded down), that hides the left third of it.
 //   sky        a tower on the ground before a bright sky without texture. The initial mesh has a
-//              curtain besides, from behind the tower outwards, half of it before the sky.
+//              curtain besides, from behind the tower outwards, more than half of it before the sky.
 //
 // "px" below are pixel footprints: the width that one pixel covers at the distance of the scene's
 // centre (SyntheticScene::footprint). All sizes follow it, so a small image shows a smaller number
