@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "core/support/parallel.h"
 #include "core/visibility/visibility.h"
@@ -27,17 +28,34 @@ std::vector<Camera> SurveyCameras(const Scene& scene, int resolution_px) {
   return cameras;
 }
 
+// Masks at the size of the survey's cameras; empty where a view has none.
+std::vector<cv::Mat> SurveyMasks(const Scene& scene, const std::vector<Camera>& cameras) {
+  constexpr double kHalfUsed = 127.5;
+  std::vector<cv::Mat> masks(cameras.size());
+  for (size_t i = 0; i < cameras.size(); ++i) {
+    if (scene.views[i].mask.empty()) continue;
+    cv::Mat1f used;
+    cv::Mat(scene.views[i].mask != 0).convertTo(used, CV_32F);  // 0 or 255
+    cv::resize(used, used, {cameras[i].width, cameras[i].height}, 0, 0, cv::INTER_AREA);
+    masks[i] = used >= kHalfUsed;
+  }
+  return masks;
+}
+
 // Facets of one view, and the share of its pixels that see a front side.
 void SurveyView(const RayCaster& caster, const TriangleMesh& mesh,
-                const std::vector<Eigen::Vector3d>& centroids, const Camera& camera, int view,
-                PairSurvey* survey) {
+                const std::vector<Eigen::Vector3d>& centroids, const Camera& camera,
+                const cv::Mat& mask, int view, PairSurvey* survey) {
   const Eigen::Vector3d center = camera.Center();
   const cv::Mat1i facet_map = caster.FacetMap(camera);
   int64_t front = 0;
-  for (const int facet : facet_map) {
-    if (facet < 0 || FaceAreaNormal(mesh, facet).dot(center - centroids[facet]) <= 0) continue;
-    survey->facets.Insert(view, facet);
-    ++front;
+  for (int y = 0; y < facet_map.rows; ++y) {
+    for (int x = 0; x < facet_map.cols; ++x) {
+      const int facet = facet_map(y, x);
+      if (facet < 0 || FaceAreaNormal(mesh, facet).dot(center - centroids[facet]) <= 0) continue;
+      survey->facets.Insert(view, facet);
+      if (mask.empty() || mask.at<uint8_t>(y, x) != 0) ++front;
+    }
   }
   survey->seen[view] = static_cast<double>(front) / static_cast<double>(facet_map.total());
   std::vector<Eigen::Vector3d> points;
@@ -115,6 +133,7 @@ PairSurvey SurveyPairs(const Scene& scene, const TriangleMesh& mesh, const Surve
   survey.seen.assign(n, 0);
   survey.facets = FacetSets(n, static_cast<int>(mesh.faces.size()));
   const std::vector<Camera> cameras = SurveyCameras(scene, options.resolution_px);
+  const std::vector<cv::Mat> masks = SurveyMasks(scene, cameras);
   std::vector<Eigen::Vector3d> centroids;
   for (const Eigen::Vector3i& face : mesh.faces) {
     centroids.emplace_back(
@@ -123,7 +142,7 @@ PairSurvey SurveyPairs(const Scene& scene, const TriangleMesh& mesh, const Surve
   const RayCaster caster(mesh);
   ParallelFor(n, 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
-      SurveyView(caster, mesh, centroids, cameras[i], i, &survey);
+      SurveyView(caster, mesh, centroids, cameras[i], masks[i], i, &survey);
     }
   });
   for (int first = 0; first < n; first += kViewsAtOnce) {
@@ -137,7 +156,7 @@ PairSurvey SurveyPairs(const Scene& scene, const TriangleMesh& mesh, const Surve
         slot.push_back(next++);
       }
     }
-    const std::vector<ViewDomain> domains = caster.Cast(cameras, pairs, 0);
+    const std::vector<ViewDomain> domains = caster.Cast(cameras, pairs, 0, masks);
     ParallelFor(static_cast<int>(pairs.size()), 1, [&](int begin, int end) {
       for (int p = begin; p < end; ++p) {
         const auto [i, j] = pairs[p];

@@ -26,9 +26,11 @@ struct SurveyOptions {
 struct PairSurvey {
   int view_count = 0;
   std::vector<PairMeasure> measures;  // (i, j) at i * view_count + j
-  std::vector<double> seen;           // share of each view's image that sees the front of the mesh
+  std::vector<double> seen;           // share of each view's image that sees the front of the mesh,
+                                      // on pixels that are used
   // A facet is seen by a view when it faces it and its centroid is visible or a pixel of the cast
-  // hits it.
+  // hits it, masked or not: coverage evens out what cameras can see, and a hole that a mask cuts must
+  // not turn it away from a whole view.
   FacetSets facets;
 
   const PairMeasure& At(int i, int j) const {
@@ -36,7 +38,9 @@ struct PairSurvey {
   }
 };
 
-// Means use the facet's normal as the normal of the surface. Depends on cameras and mesh only.
+// Means use the facet's normal as the normal of the surface. Depends on cameras, mesh and masks only: a
+// pixel of the survey is used when the mask allows at least half of it, and Omega_ij has only pixels that
+// are used in both views.
 PairSurvey SurveyPairs(const Scene& scene, const TriangleMesh& mesh, const SurveyOptions& options);
 
 }  // namespace burin

@@ -75,6 +75,39 @@ TEST(ImageMasks, ALevelUsesWhatIsWholeAndAPixelIn) {
   }
 }
 
+// A masked pixel's grey level has no weight in anything that the energy makes of a level: its image (and
+// so its spline), contrast and noise.
+TEST(ImageMasks, AMaskedGreyLevelHasNoWeight) {
+  test::Random random(3);
+  for (const int type : {CV_8UC1, CV_32FC1}) {
+    for (const bool half_plane : {false, true}) {
+      Scene scene;
+      View& view = scene.views.emplace_back();
+      view.camera = test::LookAt({0, 0, 3}, {0, 0, 0}, 128, 96, 140);
+      cv::Mat1f gray(96, 128);
+      for (float& level : gray) level = static_cast<float>(100 + 50 * random.Uniform());
+      view.mask = cv::Mat(96, 128, CV_8UC1, cv::Scalar(255));
+      view.mask(half_plane ? cv::Rect(0, 0, 64, 96) : cv::Rect(60, 40, 1, 1)) = 0;
+      gray.convertTo(view.gray, type);
+      Scene other = scene;
+      other.views[0].gray = view.gray.clone();
+      other.views[0].gray.setTo(230, view.mask == 0);
+      for (const int level : {0, 1, 2}) {
+        const auto made = MakeLevelViews(scene, level, Eigen::Vector3d::Zero(), 1);
+        const auto changed = MakeLevelViews(other, level, Eigen::Vector3d::Zero(), 1);
+        EXPECT_EQ(cv::norm(made[0].image, changed[0].image, cv::NORM_INF), 0) << level;
+        EXPECT_EQ(made[0].contrast, changed[0].contrast);
+        EXPECT_EQ(made[0].photo_noise_sigma, changed[0].photo_noise_sigma);
+        EXPECT_EQ(made[0].noise_sigma, changed[0].noise_sigma);
+        EXPECT_GT(made[0].contrast, 10);
+      }
+      const auto made = MakeLevelViews(scene, 0, Eigen::Vector3d::Zero(), 1);
+      EXPECT_EQ(made[0].image.type(), type);
+      EXPECT_EQ(cv::norm(made[0].image, view.gray, cv::NORM_INF, view.mask), 0);
+    }
+  }
+}
+
 TEST(ImageMasks, AreReadByColmapsNames) {
   const TempFolder folder;
   const Scene scene = TinyScene();

@@ -108,6 +108,30 @@ TEST(PairSelection, ACameraWithoutPartnerIsAWarning) {
   EXPECT_NE(selection.warnings[0].find("view2"), std::string::npos);
 }
 
+// Views 0 and 1 stand best to each other but have masks that leave nothing in common; so do 2 and 3.
+TEST(PairSelection, PairsShareWhatMasksLeave) {
+  TriangleMesh mesh;
+  test::AppendGrid(&mesh, 16, 0, 0, 1.5, [](double, double) { return 0.0; });
+  Scene scene = ArcScene({0, 20, 29, -9});
+  EXPECT_EQ(PartnerOf(SelectPairs(scene, mesh, Method(PairsMethod::kTuned, 1)), 0), 1);
+  for (const int i : {0, 1, 2, 3}) {
+    View& view = scene.views[i];
+    view.mask = cv::Mat(100, 100, CV_8UC1, cv::Scalar(0));
+    view.mask.colRange(i % 2 == 0 ? 0 : 52, i % 2 == 0 ? 48 : 100) = 1;
+  }
+  for (const PairsMethod method :
+       {PairsMethod::kTuned, PairsMethod::kPaper, PairsMethod::kMeshParallax, PairsMethod::kAll}) {
+    const PairSelection selection = SelectPairs(scene, mesh, Method(method, 2));
+    EXPECT_FALSE(selection.pairs.empty()) << NameOf(method);
+    for (const CameraPair& pair : selection.pairs) {
+      EXPECT_EQ(pair.reference % 2, pair.second % 2) << NameOf(method);
+    }
+  }
+  // A camera that is left without a partner is named.
+  scene.views[3].mask = cv::Mat(100, 100, CV_8UC1, cv::Scalar(0));
+  EXPECT_EQ(SelectPairs(scene, mesh, PairsOptions()).warnings.size(), 2u);
+}
+
 // View 0 stands at -30 degrees; view 1 beside it, view 2 across the normal, view 3 across and far
 // away. All see the whole plane.
 Scene SymmetryScene() {

@@ -37,16 +37,20 @@ double TextureContrast(const cv::Mat1f& image, const cv::Mat& mask) {
   return sum > 0 ? squares / sum : 0;
 }
 
-double EstimateNoise(const cv::Mat1f& image) {
+double EstimateNoise(const cv::Mat1f& image, const cv::Mat& mask) {
   double darkest = 0;
   double brightest = 0;
-  cv::minMaxLoc(image, &darkest, &brightest);
+  cv::minMaxLoc(image, &darkest, &brightest, nullptr, nullptr, mask);
   const double margin = kClippedShare * (brightest - darkest);
   const double blocks = static_cast<double>(image.total()) / (kNoiseBlock * kNoiseBlock);
   const int stride = kNoiseBlock * std::max(1, static_cast<int>(std::sqrt(blocks / kNoiseBlocks)));
+  cv::Mat used;
+  if (!mask.empty()) cv::erode(mask, used, cv::Mat());  // 3 x 3, the taps of a response
   std::vector<double> sigmas;
   for (int y0 = 1; y0 + kNoiseBlock < image.rows; y0 += stride) {
     for (int x0 = 1; x0 + kNoiseBlock < image.cols; x0 += stride) {
+      const cv::Rect block(x0, y0, kNoiseBlock, kNoiseBlock);
+      if (!used.empty() && cv::countNonZero(used(block)) < block.area()) continue;
       double sum = 0;
       bool clipped = false;
       for (int y = y0; y < y0 + kNoiseBlock; ++y) {

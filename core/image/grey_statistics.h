@@ -16,8 +16,9 @@ double TextureContrast(const cv::Mat1f& image, const cv::Mat& mask);
 // [1 -2 1; -2 4 -2; 1 -2 1] has 6 times the noise's standard deviation (Immerkaer, "Fast noise
 // variance estimation", 1996); taken as the 20th percentile over 16x16 blocks, so that texture does
 // not count as noise. Blocks that are constant, or that come within 1/254 of the image's own range to
-// its darkest or brightest level (they may be clipped there), are left out; of a large image about a
+// its darkest or brightest level (they may be clipped there), or have a pixel that `mask` (as above)
+// leaves out, are left out; of a large image about a
 // thousand blocks are looked at. 0 when there is no such block.
-double EstimateNoise(const cv::Mat1f& image);
+double EstimateNoise(const cv::Mat1f& image, const cv::Mat& mask);
 
 }  // namespace burin

@@ -12,14 +12,53 @@ namespace {
 
 constexpr int kSmallestSide = 16;
 
-cv::Mat ReducedMask(const cv::Mat& mask, const cv::Size& size) {
+// How far into a masked area the surroundings are carried: a cubic B-spline's sample sees a pixel at
+// distance d by about 0.27^d.
+constexpr int kFillRings = 10;
+
+// 255 where the mask allows every pixel that a pixel of the reduced image is made of.
+cv::Mat WholePixels(const cv::Mat& mask, const cv::Size& size) {
   cv::Mat used;
   cv::Mat reduced;
   cv::Mat1f(mask != 0).copyTo(used);  // 0 or 255
   cv::resize(used, reduced, size, 0, 0, cv::INTER_AREA);
-  cv::Mat whole = reduced > 254.9F;
-  cv::erode(whole, whole, cv::Mat());  // 3 x 3; outside counts as used
-  return whole;
+  return reduced > 254.9F;
+}
+
+// The image with other values where `whole` is zero: ring by ring the mean of the neighbours known so
+// far, and behind the rings the mean of all pixels that are whole.
+cv::Mat1f FilledFromAround(const cv::Mat1f& image, const cv::Mat& whole) {
+  cv::Mat1f filled(image.size(), static_cast<float>(cv::mean(image, whole)[0]));
+  image.copyTo(filled, whole);
+  cv::Mat1b known = whole.clone();
+  for (int ring = 0; ring < kFillRings; ++ring) {
+    const cv::Mat1b before = known.clone();
+    for (int y = 0; y < image.rows; ++y) {
+      for (int x = 0; x < image.cols; ++x) {
+        if (before(y, x) != 0) continue;
+        double sum = 0;
+        int count = 0;
+        for (int v = std::max(0, y - 1); v <= std::min(image.rows - 1, y + 1); ++v) {
+          for (int u = std::max(0, x - 1); u <= std::min(image.cols - 1, x + 1); ++u) {
+            if (before(v, u) == 0) continue;
+            sum += filled(v, u);
+            ++count;
+          }
+        }
+        if (count == 0) continue;
+        filled(y, x) = static_cast<float>(sum / count);
+        known(y, x) = 255;
+      }
+    }
+  }
+  return filled;
+}
+
+void ApplyMask(const cv::Mat& mask, LevelView* view) {
+  const cv::Mat whole = WholePixels(mask, view->image.size());
+  cv::Mat filled = FilledFromAround(view->FloatImage(), whole);
+  filled.convertTo(view->image, view->image.type());
+  cv::erode(whole, view->mask, cv::Mat());  // 3 x 3; outside counts as used
 }
 
 // Of the photograph at half its size, where sharp and soft photographs differ less than in full.
@@ -27,7 +66,7 @@ double PhotographContrast(const View& view, const cv::Mat1f& full) {
   const cv::Size size((full.cols + 1) / 2, (full.rows + 1) / 2);
   cv::Mat1f half;
   cv::resize(full, half, size, 0, 0, cv::INTER_AREA);
-  return TextureContrast(half, view.mask.empty() ? cv::Mat() : ReducedMask(view.mask, size));
+  return TextureContrast(half, view.mask.empty() ? cv::Mat() : WholePixels(view.mask, size));
 }
 
 }  // namespace
@@ -48,7 +87,7 @@ std::vector<LevelView> MakeLevelViews(const Scene& scene, int level, const Eigen
       cv::Mat1f full;
       source.gray.convertTo(full, CV_32F);
       view.contrast = PhotographContrast(source, full);
-      view.photo_noise_sigma = EstimateNoise(full);
+      view.photo_noise_sigma = EstimateNoise(full, source.mask);
       view.noise_sigma = view.photo_noise_sigma;
       if (size == source.gray.size()) {
         view.image = source.gray;  // shared, so that the finest level costs no memory
@@ -56,9 +95,10 @@ std::vector<LevelView> MakeLevelViews(const Scene& scene, int level, const Eigen
         cv::Mat1f reduced;
         cv::resize(full, reduced, size, 0, 0, cv::INTER_AREA);
         view.image = reduced;
-        view.noise_sigma = EstimateNoise(reduced);
+        view.noise_sigma = EstimateNoise(
+            reduced, source.mask.empty() ? cv::Mat() : WholePixels(source.mask, size));
       }
-      if (!source.mask.empty()) view.mask = ReducedMask(source.mask, size);
+      if (!source.mask.empty()) ApplyMask(source.mask, &view);
       view.camera = source.camera.Resized(size.width, size.height).InScaledWorld(origin, scale);
     }
   });

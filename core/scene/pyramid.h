@@ -30,8 +30,9 @@ struct LevelView {
 
 // Images area-averaged to 2^-level of their size (at least 16 pixels a side) with matching cameras,
 // in the world mapped by X -> scale * (X - origin). Level 0 keeps the size. A pixel of a level is
-// used when the mask allows every pixel that it is made of, and those around them: a masked pixel
-// must not reach a sample through interpolation.
+// used when the mask allows every pixel that it is made of, and those around them. Pixels of a level
+// that are made of masked ones hold their surroundings carried on instead of what was photographed:
+// a masked pixel's grey level has no weight at all in a spline's sample, nor in contrast and noise.
 std::vector<LevelView> MakeLevelViews(const Scene& scene, int level, const Eigen::Vector3d& origin,
                                       double scale);
 
