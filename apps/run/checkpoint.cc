@@ -29,7 +29,7 @@ namespace {
 using nlohmann::json;
 
 // Raise it whenever the content of the file changes: a program reads checkpoints of its own version only.
-constexpr int kVersion = 4;
+constexpr int kVersion = 5;
 
 std::string Hexadecimal(uint64_t number) {
   char text[24];
@@ -80,6 +80,8 @@ void WriteCheckpoint(const std::filesystem::path& path, const Checkpoint& checkp
                {"pictures", checkpoint.pictures},
                {"debug_images", checkpoint.debug_images},
                {"level_meshes", checkpoint.level_meshes},
+               {"left_out", checkpoint.left_out},
+               {"verdict", checkpoint.verdict},
                {"pairs", checkpoint.pairs},
                {"events", checkpoint.events}};
   if (checkpoint.state) body["state"] = json::binary(StateBytes(*checkpoint.state));
@@ -113,6 +115,8 @@ Checkpoint ReadCheckpoint(const std::filesystem::path& path) {
     body.at("pictures").get_to(checkpoint.pictures);
     body.at("debug_images").get_to(checkpoint.debug_images);
     body.at("level_meshes").get_to(checkpoint.level_meshes);
+    body.at("left_out").get_to(checkpoint.left_out);
+    body.at("verdict").get_to(checkpoint.verdict);
     body.at("pairs").get_to(checkpoint.pairs);
     body.at("events").get_to(checkpoint.events);
     if (body.contains("state")) checkpoint.state = StateFromBytes(body["state"].get_binary());

@@ -96,13 +96,22 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
                    {"points", inputs.scene->points.size()},
                    {"vertices", inputs.mesh->vertices.size()},
                    {"faces", inputs.mesh->faces.size()}};
+  json["verdict"] = inputs.verdict.empty() ? nlohmann::ordered_json()
+                                           : nlohmann::ordered_json::parse(inputs.verdict);
   json["output"] = {{"vertices", result.mesh.vertices.size()},
                     {"faces", result.mesh.faces.size()},
                     {"footprint", result.refinement.footprint}};
+  std::vector<std::string> left_out;
+  if (!json["verdict"].is_null()) left_out = json["verdict"]["left_out"];
+  std::vector<std::string> names;  // of the views that are left
+  for (const View& view : inputs.scene->views) {
+    if (std::find(left_out.begin(), left_out.end(), view.name) == left_out.end()) {
+      names.push_back(view.name);
+    }
+  }
   nlohmann::ordered_json pairs = nlohmann::ordered_json::array();
   for (const CameraPair& pair : result.selection.pairs) {
-    pairs.push_back(
-        {inputs.scene->views[pair.reference].name, inputs.scene->views[pair.second].name});
+    pairs.push_back({names[pair.reference], names[pair.second]});
   }
   json["pairs"] = {{"method", NameOf(result.selection.recipe.method)},
                    {"count", result.selection.pairs.size()},
@@ -137,6 +146,7 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
   json["evaluations"] = evaluations;
   json["seconds"] = {{"load", inputs.load_seconds},
                      {"pairs", result.selection_seconds},
+                     {"verdict", inputs.verdict_seconds},
                      {"refine", result.refinement.seconds},
                      {"total", total_seconds}};
   json["instruction_set"] = KernelInstructionSet();

@@ -1,0 +1,70 @@
+#include "apps/commands/refine_text.h"
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+namespace burin {
+namespace {
+
+std::string LevelName(const LevelSummary& level) {
+  return "level " + std::to_string(level.width) + "x" + std::to_string(level.height);
+}
+
+// The guard's figures.
+std::string ScoreText(const LevelSummary& level) {
+  std::ostringstream text;
+  text << "mean 1 - ZNCC " << level.held_back["before"].get<double>() << " -> "
+       << level.held_back["after"].get<double>();
+  return text.str();
+}
+
+}  // namespace
+
+std::string EventText(const RefinementEvent& event) {
+  std::ostringstream text;
+  text << "level " << event.level << " round " << event.round + 1 << " iteration "
+       << event.iteration.iteration << " energy " << event.iteration.energy;
+  return text.str();
+}
+
+std::string RoundText(const RoundContext& context, const TriangleMesh& mesh,
+                      const RoundSummary& round) {
+  std::ostringstream text;
+  text << "level " << (*context.views)[0].camera.width << "x" << (*context.views)[0].camera.height
+       << " round " << round.round + 1 << ": " << mesh.faces.size() << " faces, "
+       << round.pair_pixels << " pixel pairs, " << round.solve.strategy << " "
+       << round.solve.iterations << " iterations, energy "
+       << round.energy_initial["total"].get<double>() << " -> "
+       << round.energy_final["total"].get<double>();
+  if (round.guard.reverted_vertices > 0) {
+    text << ", " << round.guard.reverted_vertices << " vertices taken back";
+  }
+  return text.str();
+}
+
+std::string UnsplitText(const LevelSummary& level) {
+  std::ostringstream text;
+  text << LevelName(level) << ": splitting stopped at " << level.faces
+       << " faces (level.max_faces, or edges too short to split); some are larger than"
+       << " level.max_facet_px or level.max_edge_px";
+  return text.str();
+}
+
+std::string UndoneText(const LevelSummary& level) {
+  return LevelName(level) + " undone: photographs held back agree less with the mesh after it, " +
+         ScoreText(level);
+}
+
+std::string InterruptedText(const LevelSummary& level) {
+  const std::string name =
+      LevelName(level) + " cut short in round " + std::to_string(level.rounds.back().round + 1);
+  if (level.held_back.is_null()) return name + ", not judged (guard.levels is off)";
+  if (level.undone) {
+    return name + " and undone: photographs held back agree less with the mesh so far, " +
+           ScoreText(level);
+  }
+  return name + ", kept: photographs held back do not agree less with the mesh so far, " +
+         ScoreText(level);
+}
+
+}  // namespace burin
