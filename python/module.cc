@@ -231,8 +231,10 @@ py::object Check(const Scene& scene, const py::array& vertices, const py::array&
     given.Check();
     const ThreadScope threads(given.threads);
     CheckMeshIsSeen(scene, mesh, "mesh");
-    const PairSelection selection = SelectPairs(scene, mesh, given.pairs);
-    return JsonText(VerdictJson(JudgeScene(scene, mesh, selection.pairs), scene, {}));
+    PairSelection selection;
+    double seconds = 0;
+    return JsonText(
+        VerdictJson(SelectAndJudge(scene, mesh, given.pairs, &selection, &seconds), scene, {}));
   });
   return ParseJson(text);
 }

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -126,6 +127,33 @@ TEST_F(CheckTest, ViewsThatDoNotFitAreNamedAndLeftOut) {
     EXPECT_NE(pair[0], "view_002.png");
     EXPECT_NE(pair[1], "view_005.png");
   }
+}
+
+TEST_F(CheckTest, AnInterruptedRunGoesOnWithoutTheViewsLeftOut) {
+  SwapTwoPhotographs();
+  ASSERT_EQ(Refine({}).exit_code, 0);
+  const std::string whole = ReadAll(In("out/refined.ply"));
+  const pid_t child = Start({"refine", In("s"), "--mesh", In("s/init.ply"), "--output", In("cut"),
+                             "--level.finest", "2"});
+  while (ReadAll(In("stderr.txt")).find("pixel pairs") == std::string::npos) usleep(2000);
+  kill(child, SIGTERM);
+  ASSERT_EQ(Wait(child).exit_code, 143);
+  const Outcome resumed = Run({"refine", "--resume", In("cut")});
+  ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_EQ(ReadAll(In("cut/refined.ply")), whole);
+  const auto summary = nlohmann::json::parse(ReadAll(In("cut/summary.json")));
+  EXPECT_EQ(summary["verdict"], Summary()["verdict"]);
+}
+
+TEST_F(CheckTest, AMeshWithTurnedAxesIsToldWhichFit) {
+  TriangleMesh turned = ReadMesh(In("s/init.ply"));
+  for (Eigen::Vector3d& vertex : turned.vertices) {
+    vertex = Eigen::Vector3d(vertex.y(), vertex.z(), vertex.x());
+  }
+  WriteMesh(In("turned.ply"), turned);
+  const Outcome outcome = Run({"check", In("s"), "--mesh", In("turned.ply")});
+  EXPECT_EQ(outcome.exit_code, 4);
+  EXPECT_THAT(outcome.err, HasSubstr("with its axes turned the mesh would fit: take z, x, y for"));
 }
 
 TEST_F(CheckTest, ComparisonsKeepTheirRows) {

@@ -180,12 +180,12 @@ TEST_P(VerdictOnScene, MeshThatDoesNotFitIsToldFromCameras) {
 
 TEST(Verdict, SmallPhotographsCannotBeJudged) {
   SyntheticOptions options = Small(SyntheticKind::kRelief, 1);
-  options.width = 320;
-  options.height = 240;
+  options.width = 240;
+  options.height = 180;
   const SyntheticScene made = MakeSyntheticScene(options);
   const SceneVerdict verdict = Judged(made.scene, made.init);
   EXPECT_EQ(verdict.verdict, Verdict::kCannotTell);
-  EXPECT_THAT(verdict.reason, HasSubstr("320 px"));
+  EXPECT_THAT(verdict.reason, HasSubstr("240 px"));
 }
 
 TEST(Verdict, SameForAnyNumberOfThreads) {

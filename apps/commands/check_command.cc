@@ -7,6 +7,7 @@
 
 #include "apps/commands/command.h"
 #include "apps/commands/commands.h"
+#include "apps/run/judged_scene.h"
 #include "apps/run/output_folder.h"
 #include "apps/run/run_output.h"
 #include "apps/run/scene_arguments.h"
@@ -51,8 +52,9 @@ void CheckCommand::Run() const {
   const TriangleMesh mesh = ReadMesh(mesh_path);
   const Scene scene = LoadScene(source.Source());
   CheckMeshIsSeen(scene, mesh, mesh_path);
-  const PairSelection selection = SelectPairs(scene, mesh, options.pairs);
-  const SceneVerdict verdict = JudgeScene(scene, mesh, selection.pairs);
+  PairSelection selection;
+  double seconds = 0;
+  const SceneVerdict verdict = SelectAndJudge(scene, mesh, options.pairs, &selection, &seconds);
   const std::string document = JsonText(VerdictJson(verdict, scene, {}));
   if (output.has_value()) {
     WritePicture(output->path() / "offsets.png", OffsetPicture(verdict, scene));

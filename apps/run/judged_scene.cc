@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "apps/run/turned_axes.h"
 #include "core/support/error.h"
 #include "core/support/parallel.h"
 #include "core/support/stopwatch.h"
@@ -61,6 +62,25 @@ PairSelection SelectionWithout(const PairSelection& selection, const std::vector
 
 }  // namespace
 
+SceneVerdict SelectAndJudge(const Scene& scene, const TriangleMesh& mesh,
+                            const PairsOptions& options, PairSelection* selection,
+                            double* seconds) {
+  const auto hint = [&] {
+    const std::string turned = TurnedAxes(scene, mesh, options);
+    return turned.empty() ? "" : "; " + turned;
+  };
+  try {
+    *selection = SelectPairs(scene, mesh, options);
+  } catch (const InputError& error) {
+    throw InputError(error.what() + hint());
+  }
+  const Stopwatch watch;
+  SceneVerdict verdict = JudgeScene(scene, mesh, selection->pairs);
+  *seconds = watch.Seconds();
+  if (verdict.verdict == Verdict::kWrong) verdict.reason += hint();
+  return verdict;
+}
+
 JudgedScene SelectWithout(const Scene& scene, const TriangleMesh& mesh,
                           const PipelineOptions& options, std::vector<std::string> left_out) {
   const std::vector<int> index = IndexWithout(scene, left_out);
@@ -79,16 +99,20 @@ JudgedScene JudgeAndSelect(const Scene& scene, const TriangleMesh& mesh,
   const VerdictOptions& wanted = options.verdict;
   JudgedScene judged;
   judged.scene = scene;
-  judged.selection = SelectPairs(scene, mesh, options.pairs);
-  if (wanted.action == VerdictAction::kOff) return judged;
-  const Stopwatch watch;
+  if (wanted.action == VerdictAction::kOff) {
+    judged.selection = SelectPairs(scene, mesh, options.pairs);
+    return judged;
+  }
   judged.judged = true;
-  judged.verdict = JudgeScene(scene, mesh, judged.selection.pairs);
-  judged.seconds = watch.Seconds();
+  judged.verdict = SelectAndJudge(scene, mesh, options.pairs, &judged.selection, &judged.seconds);
   if (judged.verdict.verdict == Verdict::kWrong) {
     judged.stop = wanted.action == VerdictAction::kStop;
     if (!judged.stop) judged.lines.push_back("this cannot be right: " + judged.verdict.reason);
     return judged;
+  }
+  if (judged.verdict.verdict == Verdict::kCannotTell) {
+    judged.lines.push_back("cannot tell whether cameras, photographs and mesh fit: " +
+                           judged.verdict.reason);
   }
   const bool leave_out = wanted.misfit == ViewMisfit::kLeaveOut;
   for (const int view : judged.verdict.misfits) {

@@ -28,7 +28,12 @@ struct JudgedScene {
 JudgedScene JudgeAndSelect(const Scene& scene, const TriangleMesh& mesh,
                            const PipelineOptions& options);
 
-// The same without judging, the views of these names left out.
+// SelectPairs and JudgeScene. What is wrong with the mesh, or that no pair sees it, comes with the rotation by
+// which it would fit (apps/run/turned_axes.h).
+SceneVerdict SelectAndJudge(const Scene& scene, const TriangleMesh& mesh,
+                            const PairsOptions& options, PairSelection* selection, double* seconds);
+
+// JudgeAndSelect without judging, the views of these names left out.
 JudgedScene SelectWithout(const Scene& scene, const TriangleMesh& mesh,
                           const PipelineOptions& options, std::vector<std::string> left_out);
 

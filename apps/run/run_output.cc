@@ -10,6 +10,7 @@
 #include <opencv2/core/version.hpp>
 #include <sstream>
 
+#include "apps/run/turned_axes.h"
 #include "core/support/error.h"
 #include "core/support/parallel.h"
 #include "core/visibility/visibility.h"
@@ -173,6 +174,17 @@ std::string TraceCsv(const std::vector<RefinementEvent>& events) {
   return csv.str();
 }
 
+namespace {
+
+// "; ..." where it would be seen with other axes; without photographs nobody can tell.
+std::string OtherAxes(const Scene& scene, const TriangleMesh& mesh) {
+  if (scene.views.empty() || scene.views[0].gray.empty()) return "";
+  const std::string turned = TurnedAxes(scene, mesh, PairsOptions());
+  return turned.empty() ? "" : "; " + turned;
+}
+
+}  // namespace
+
 void CheckMeshIsSeen(const Scene& scene, const TriangleMesh& mesh,
                      const std::filesystem::path& mesh_path) {
   const RayCaster caster(mesh);
@@ -194,13 +206,15 @@ void CheckMeshIsSeen(const Scene& scene, const TriangleMesh& mesh,
   if (seen == 0) {
     throw InputError(mesh_path, "vertices: none of the " + std::to_string(scene.views.size()) +
                                     " views sees the mesh; mesh and cameras are not in the same "
-                                    "coordinate frame");
+                                    "coordinate frame" +
+                                    OtherAxes(scene, mesh));
   }
   const double share = static_cast<double>(front) / static_cast<double>(seen);
   if (share < 0.5) {
     throw InputError(mesh_path, "faces: only " + Fixed(100 * share, 0) +
                                     " % of what the cameras see of the mesh is its front; it is "
-                                    "inside out (reverse the order of each face's vertices)");
+                                    "inside out (reverse the order of each face's vertices)" +
+                                    OtherAxes(scene, mesh));
   }
 }
 

@@ -25,6 +25,7 @@ const cv::Scalar kMisfit(225, 225, 255);
 const cv::Scalar kAxis(190, 190, 190);
 const cv::Scalar kClear(140, 60, 0);
 const cv::Scalar kVague(205, 190, 175);
+const cv::Scalar kWithMisfit(175, 175, 245);
 
 std::string Figures(const ViewEvidence& view) {
   std::ostringstream text;
@@ -66,8 +67,13 @@ cv::Mat3b OffsetPicture(const SceneVerdict& verdict, const Scene& scene) {
   for (const bool clear : {false, true}) {
     for (const WindowMatch& match : verdict.matches) {
       if (match.clear != clear) continue;
+      const bool other_misfit =
+          verdict.views[match.second].misfit && !verdict.views[match.reference].misfit;
       cv::circle(picture, at(match.reference, match.along, match.across), 2,
-                 clear ? kClear : kVague, cv::FILLED, cv::LINE_AA);
+                 other_misfit ? kWithMisfit
+                 : clear      ? kClear
+                              : kVague,
+                 cv::FILLED, cv::LINE_AA);
     }
   }
   return picture;

@@ -10,7 +10,7 @@ namespace burin {
 
 // Of every view its matches as reference: how far along (to the right, 20 px to both sides) and across
 // (down, 8 px) the epipolar line the best one lies from the place predicted. Clear matches are dark, others
-// light. Right cameras give a horizontal line through the middle, a mesh that fits a dot in it.
+// light, those with a view that does not fit light red. Right cameras give a horizontal line through the middle, a mesh that fits a dot in it.
 cv::Mat3b OffsetPicture(const SceneVerdict& verdict, const Scene& scene);
 
 }  // namespace burin

@@ -28,7 +28,7 @@ constexpr int kMatchAcross = 8;     // the grid, to each side, px
 constexpr int kMatchAlong = 20;     // the same along the line
 constexpr int kChancePlaces = 8;    // a window
 constexpr int kMatchSidePx = 1024;  // images are reduced to at most this
-constexpr int kLeastSidePx = 480;   // of a photograph's longer side: below it chance is too near
+constexpr int kLeastSidePx = 300;   // of a photograph's longer side: below it chance is too near
 
 struct WindowMatch {
   int reference = -1;     // i
