@@ -14,7 +14,7 @@ struct GreyUnits {
 };
 
 // e_i = sqrt(photo.variance_floor) where that is given, and else the larger of photo.relative_floor
-// times the photograph's contrast and 1.5 times its noise; 1 for a photograph that has neither.
+// times the photographs' contrast and 1.5 times the view's noise; 1 for photographs that have neither.
 GreyUnits UnitsOf(const LevelView& view, const PhotometricOptions& options);
 
 }  // namespace burin

@@ -6,7 +6,7 @@ void PhotometricOptions::Describe(OptionSet* set) {
   set->Add("photo.window", &window, "Taps along a side of the correlation window; odd", 3, 31);
   set->Add(
       "photo.relative_floor", &relative_floor,
-      "Standard deviation added to every window, as a share of its photograph's contrast: flat "
+      "Standard deviation added to every window, as a share of the photographs' contrast: flat "
       "windows lose weight",
       1e-6, 1e3);
   set->Add(

@@ -184,9 +184,7 @@ struct Reference {
 
 // A view's grey levels in units of its floor, in single precision as the energy has them.
 cv::Mat1f InUnits(const LevelView& view, const PhotometricOptions& options) {
-  cv::Mat1f image;
-  view.image.convertTo(image, CV_32F, 1 / UnitsOf(view, options).unit);
-  return image;
+  return cv::Mat1f(view.FloatImage() * (1 / UnitsOf(view, options).unit));
 }
 
 Reference EvaluateByAutodiff(const RoundContext& context, const PhotometricOptions& options) {

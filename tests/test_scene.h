@@ -102,7 +102,7 @@ inline std::vector<LevelView> RandomViews(int width, int height, int count = 3) 
     }
     views[i].image = image;
     views[i].noise_sigma = 1.0;
-    views[i].contrast = 50.0 / 3;  // a floor of 25 squared grey levels by default
+    views[i].contrast = 50;  // a floor of 25 squared grey levels by default
   }
   return views;
 }

@@ -9,6 +9,8 @@ namespace burin {
 namespace {
 
 constexpr int kWindow = 5;
+constexpr double kSamples = 16384;  // of a photograph
+constexpr double kOutside = 0.001;  // of the grey levels, at either end of the range
 constexpr int kNoiseBlock = 16;
 constexpr double kNoiseBlocks = 1024;
 constexpr double kNoisePercentile = 0.2;
@@ -16,25 +18,48 @@ constexpr double kClippedShare = 1.0 / 254;
 
 }  // namespace
 
-double TextureContrast(const cv::Mat1f& image, const cv::Mat& mask) {
-  const cv::Size window(kWindow, kWindow);
-  cv::Mat1d mean;
-  cv::Mat1d square;
-  cv::boxFilter(image, mean, CV_64F, window);
-  cv::sqrBoxFilter(image, square, CV_64F, window);
-  cv::Mat whole;
-  if (!mask.empty()) cv::erode(mask, whole, cv::Mat::ones(window, CV_8U));
+GreySample SampleGreys(const cv::Mat1f& image, const cv::Mat& mask) {
+  constexpr int kRadius = kWindow / 2;
+  const int stride =
+      std::max(1, static_cast<int>(std::sqrt(static_cast<double>(image.total()) / kSamples)));
+  GreySample sample;
   double squares = 0;
   double sum = 0;
-  for (int y = 0; y < image.rows; ++y) {
-    for (int x = 0; x < image.cols; ++x) {
-      if (!whole.empty() && whole.at<uint8_t>(y, x) == 0) continue;
-      const double variance = std::max(0.0, square(y, x) - mean(y, x) * mean(y, x));
+  for (int y = kRadius; y + kRadius < image.rows; y += stride) {
+    for (int x = kRadius; x + kRadius < image.cols; x += stride) {
+      const cv::Rect window(x - kRadius, y - kRadius, kWindow, kWindow);
+      if (!mask.empty() && cv::countNonZero(mask(window)) < kWindow * kWindow) continue;
+      double mean = 0;
+      for (const float level : image(window)) mean += level;
+      mean /= kWindow * kWindow;
+      double variance = 0;
+      for (const float level : image(window)) variance += (level - mean) * (level - mean);
+      variance /= kWindow * kWindow;
       squares += variance;
       sum += std::sqrt(variance);
+      sample.levels.push_back(image(y, x));
     }
   }
-  return sum > 0 ? squares / sum : 0;
+  sample.texture = sum > 0 ? squares / sum : 0;
+  return sample;
+}
+
+double Contrast(const std::vector<GreySample>& photographs) {
+  std::vector<float> levels;
+  std::vector<double> textures;
+  for (const GreySample& photograph : photographs) {
+    if (photograph.levels.empty()) continue;
+    levels.insert(levels.end(), photograph.levels.begin(), photograph.levels.end());
+    textures.push_back(photograph.texture);
+  }
+  if (levels.empty()) return 0;
+  const auto at = [](auto* values, double share) {
+    const auto rank = static_cast<long>(share * static_cast<double>(values->size() - 1));
+    std::nth_element(values->begin(), values->begin() + rank, values->end());
+    return static_cast<double>((*values)[rank]);
+  };
+  const double range = at(&levels, 1 - kOutside) - at(&levels, kOutside);
+  return std::sqrt(range * at(&textures, 0.5));
 }
 
 double EstimateNoise(const cv::Mat1f& image, const cv::Mat& mask) {

@@ -61,19 +61,12 @@ void ApplyMask(const cv::Mat& mask, LevelView* view) {
   cv::erode(whole, view->mask, cv::Mat());  // 3 x 3; outside counts as used
 }
 
-// Of the photograph at half its size, where sharp and soft photographs differ less than in full.
-double PhotographContrast(const View& view, const cv::Mat1f& full) {
-  const cv::Size size((full.cols + 1) / 2, (full.rows + 1) / 2);
-  cv::Mat1f half;
-  cv::resize(full, half, size, 0, 0, cv::INTER_AREA);
-  return TextureContrast(half, view.mask.empty() ? cv::Mat() : WholePixels(view.mask, size));
-}
-
 }  // namespace
 
 std::vector<LevelView> MakeLevelViews(const Scene& scene, int level, const Eigen::Vector3d& origin,
                                       double scale) {
   std::vector<LevelView> views(scene.views.size());
+  std::vector<GreySample> greys(views.size());
   ParallelFor(static_cast<int>(views.size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
       const View& source = scene.views[i];
@@ -86,7 +79,7 @@ std::vector<LevelView> MakeLevelViews(const Scene& scene, int level, const Eigen
       const cv::Size size(side(source.camera.width), side(source.camera.height));
       cv::Mat1f full;
       source.gray.convertTo(full, CV_32F);
-      view.contrast = PhotographContrast(source, full);
+      greys[i] = SampleGreys(full, source.mask);
       view.photo_noise_sigma = EstimateNoise(full, source.mask);
       view.noise_sigma = view.photo_noise_sigma;
       if (size == source.gray.size()) {
@@ -102,6 +95,8 @@ std::vector<LevelView> MakeLevelViews(const Scene& scene, int level, const Eigen
       view.camera = source.camera.Resized(size.width, size.height).InScaledWorld(origin, scale);
     }
   });
+  const double contrast = Contrast(greys);
+  for (LevelView& view : views) view.contrast = contrast;
   return views;
 }
 

@@ -16,9 +16,9 @@ struct LevelView {
   cv::Mat image;           // grey levels 0..255, CV_8UC1 or CV_32FC1
   cv::Mat mask;            // CV_8UC1, 0 = not to be used; empty = all pixels are
   double noise_sigma = 0;  // of this level's image, in grey levels (core/image/grey_statistics.h)
-  // Of the photograph, the same at all levels; the contrast is taken at half its size.
-  double contrast = 0;
-  double photo_noise_sigma = 0;
+  // Of the photographs in full, in grey levels, the same at all levels.
+  double contrast = 0;           // of all views together
+  double photo_noise_sigma = 0;  // of this view
 
   // The image in single precision; a copy unless it is already.
   cv::Mat1f FloatImage() const {
