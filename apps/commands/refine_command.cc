@@ -14,7 +14,7 @@
 
 #include "apps/commands/command.h"
 #include "apps/commands/commands.h"
-#include "apps/commands/refine_text.h"
+#include "apps/commands/refine_texts.h"
 #include "apps/run/checkpoint.h"
 #include "apps/run/debug_images.h"
 #include "apps/run/judged_scene.h"
@@ -277,12 +277,13 @@ void RefineCommand::Run() {
   };
   parts.observers.on_round = [&](const RoundContext& context, const TriangleMesh& now,
                                  const RoundSummary& round) {
+    if (round.round == 0) {
+      if (const std::string views = ViewsText(context, names); !views.empty()) progress.Line(views);
+    }
     progress.Line(RoundText(context, now, round));
     if (debug_images && round.round == 0) {
       MakeFolder(folder / "debug");
-      const int level = static_cast<int>(std::lround(std::log2(
-          static_cast<double>(scene.views[0].camera.width) / (*context.views)[0].camera.width)));
-      WriteDebugImages(folder / "debug", level, context, options.photo, names);
+      WriteDebugImages(folder / "debug", context.level, context, options.photo, names);
     }
   };
   PipelineResult result;

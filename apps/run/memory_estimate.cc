@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/refine/view_levels.h"
 #include "core/support/parallel.h"
 #include "core/visibility/facet_pencil.h"
 #include "core/visibility/partner_bits.h"
@@ -219,18 +220,12 @@ MemoryEstimate EstimateMemory(const Scene& scene, const TriangleMesh& mesh,
   const auto others = static_cast<double>(scene.views.size());
   const double partners =
       recipe.method == PairsMethod::kAll ? others : std::min<double>(recipe.per_camera, others);
-  double full_pixels = 0;
-  double covered = 0;
-  double largest = 0;
-  for (size_t v = 0; v < scene.views.size(); ++v) {
-    const Camera& camera = scene.views[v].camera;
-    const double pixels = static_cast<double>(camera.width) * camera.height;
-    full_pixels += pixels;
-    covered += surface.covered[v];
-    largest = std::max(largest, pixels);
+  std::vector<double> full_pixels;  // by view
+  for (const View& view : scene.views) {
+    full_pixels.push_back(static_cast<double>(view.camera.width) * view.camera.height);
+    load.scene_bytes += full_pixels.back();
   }
   // 8 bits unless the images are here and have more.
-  load.scene_bytes = full_pixels;
   if (!scene.views.empty() && !scene.views[0].gray.empty()) {
     load.scene_bytes *= static_cast<double>(scene.views[0].gray.elemSize());
   }
@@ -250,12 +245,18 @@ MemoryEstimate EstimateMemory(const Scene& scene, const TriangleMesh& mesh,
   const double planes =
       (bits + (options.refinement.guard.levels ? 1 : 0)) *
       (options.photo.mask.mode == MaskMode::kPlane && options.photo.mask.band_px > 0 ? 2 : 1);
+  const ViewLevels view_levels(scene, mesh, levels);
   MemoryEstimate peak;
   for (int level = levels.finest; level < levels.finest + levels.count; ++level) {
     load.level = level;
-    load.level_pixels = std::ldexp(full_pixels, -2 * level);
-    load.covered_pixels = std::ldexp(covered, -2 * level);
-    load.largest_view = std::ldexp(largest, -2 * level);
+    load.level_pixels = load.covered_pixels = load.largest_view = 0;
+    const std::vector<ViewAtLevel> views = view_levels.At(level);
+    for (size_t v = 0; v < views.size(); ++v) {
+      const double pixels = std::ldexp(full_pixels[v], -2 * views[v].halvings);
+      load.level_pixels += pixels;
+      load.covered_pixels += std::ldexp(surface.covered[v], -2 * views[v].halvings);
+      load.largest_view = std::max(load.largest_view, pixels);
+    }
     load.domain_bytes = load.level_pixels * planes;
     load.faces = static_cast<double>(ExpectedFaces(surface, levels.max_facet_px, level)) *
                  (levels.max_edge_px > 0 ? kLongEdges : 1);

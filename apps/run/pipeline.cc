@@ -74,10 +74,10 @@ std::vector<VertexScalar> QualityScalars(const RefinementEnd& reached,
         if (view.camera.Depth(vertex) <= 0 || !view.camera.Contains(view.camera.Project(vertex))) {
           continue;
         }
-        footprint = std::min(footprint, view.camera.Footprint(vertex));
+        footprint =
+            std::min(footprint, std::ldexp(view.camera.Footprint(vertex), -view.at.halvings));
       }
-      const double pixels =
-          std::isfinite(footprint) ? std::ldexp(1 / footprint, reached.level) : std::nan("");
+      const double pixels = std::isfinite(footprint) ? 1 / footprint : std::nan("");
       const double moved = (mesh.vertices[v] - reached.input_position[v]).norm();
       const int k = reached.index[v];
       scalars[0].values[k] = quality.pairs[v];

@@ -125,6 +125,7 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
     nlohmann::ordered_json entry;
     entry["level"] = level.level;
     entry["image"] = {level.width, level.height};
+    entry["views"] = {{"taking_part", level.views}, {"halved_less", level.views_halved_less}};
     entry["vertices"] = level.vertices;
     entry["faces"] = level.faces;
     entry["reached_bound"] = level.reached_bound;

@@ -38,7 +38,8 @@ Level::Level(const RefinementTask& task, int level)
     solver_.function_tolerance = task.options.level.coarse_tolerance;
   }
   const Stopwatch watch;
-  views_ = MakeLevelViews(task.scene, level, task.world.origin, 1 / task.world.footprint);
+  views_ = MakeLevelViews(task.scene, task.view_levels.At(level), task.world.origin,
+                          1 / task.world.footprint);
   for (EnergyTerm* term : task.parts.terms) term->BeginLevel(views_);
   image_seconds_ = watch.Seconds();
 }
@@ -69,8 +70,9 @@ void Level::Run(RefinementState* state, RefinementProgress* progress) {
 void Level::CutMesh(RefinementState* state) {
   const Stopwatch watch;
   std::vector<Camera> cameras;
-  cameras.reserve(views_.size());
-  for (const LevelView& view : views_) cameras.push_back(view.camera);
+  for (const LevelView& view : views_) {
+    if (view.at.takes_part) cameras.push_back(view.camera);
+  }
   SubdivisionOptions subdivision;
   subdivision.max_facet_px = task_.options.level.max_facet_px;
   subdivision.max_edge_px = task_.options.level.max_edge_px;
@@ -88,8 +90,14 @@ void Level::CutMesh(RefinementState* state) {
   LevelSummary& level = state->summary.levels.back();
   level.subdivide_seconds = watch.Seconds();
   level.level = level_;
-  level.width = views_[0].camera.width;
-  level.height = views_[0].camera.height;
+  const Camera& name = NamesLevel(views_).camera;
+  level.width = name.width;
+  level.height = name.height;
+  for (const LevelView& view : views_) {
+    if (!view.at.takes_part) continue;
+    ++level.views;
+    if (view.at.halvings != level_) ++level.views_halved_less;
+  }
   level.vertices = static_cast<int>(state->mesh.vertices.size());
   level.faces = static_cast<int>(state->mesh.faces.size());
   level.reached_bound = split.reached_bound;
@@ -102,6 +110,7 @@ std::unique_ptr<Level::Frozen> Level::Freeze(bool hold_back) const {
       views_, task_.pairs, mesh_, task_.options.motion, task_.options.level.border_px,
       &frozen->domains, hold_back ? task_.parts.judge->HeldBackPairs() : std::vector<CameraPair>(),
       hold_back ? &frozen->held_back : nullptr);
+  frozen->context.level = level_;
   frozen->context.first_level = level_ == task_.first_level;
   return frozen;
 }

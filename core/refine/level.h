@@ -13,6 +13,7 @@
 #include "core/refine/refinement_parts.h"
 #include "core/refine/refinement_progress.h"
 #include "core/refine/refinement_state.h"
+#include "core/refine/view_levels.h"
 #include "core/scene/pairs.h"
 #include "core/scene/pyramid.h"
 #include "core/scene/scene.h"
@@ -28,6 +29,7 @@ struct RefinementTask {
   const RefinementParts& parts;
   const RefinementObservers& observers;
   NormalizedWorld world;
+  ViewLevels view_levels;
   int first_level = 0;  // the coarsest
 };
 

@@ -41,13 +41,20 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
                     const RefinementParts& parts, const RefinementObservers& observers,
                     RefinementSummary* summary, const RefinementState* start) {
   CHECK(!input.vertices.empty());
-  RefinementTask task{scene, pairs, options, parts, observers, NormalizedWorld::Of(scene, input)};
+  RefinementTask task{scene,
+                      pairs,
+                      options,
+                      parts,
+                      observers,
+                      NormalizedWorld::Of(scene, input),
+                      ViewLevels(scene, input, options.level)};
   if (task.world.footprint <= 0) {
     throw InputError("no vertex of the mesh projects into any of the " +
                      std::to_string(scene.views.size()) +
                      " views: mesh and cameras are not in the same coordinate frame");
   }
-  task.first_level = options.level.Coarsest(scene);
+  task.first_level = task.view_levels.Coarsest(
+      pairs, parts.judge != nullptr ? parts.judge->HeldBackPairs() : std::vector<CameraPair>());
   RefinementState state = start != nullptr ? *start : FirstState(task, input);
   RefinementProgress progress(options.level, task.first_level, state);
   std::unique_ptr<Level> level;

@@ -8,8 +8,8 @@
 // only move there, within the few pixels over which windows correlate, and moves far only when
 // visibility is frozen anew on the way; the rest of the mesh has converged by then and the sum's
 // relative tolerance no longer notices. A level has a quarter of the pixels of the next, so this
-// costs little. Images with less than min_side_px are not used: smoothness, which does not shrink
-// with the pixels, would be all there is.
+// costs little. Views whose images have less than min_side_px take no part in a level
+// (core/refine/view_levels.h): smoothness, which does not shrink with the pixels, would be all there is.
 #pragma once
 
 #include <vector>

@@ -1,25 +1,15 @@
 #include "core/refine/refinement_options.h"
 
-#include <algorithm>
-#include <cmath>
-
 namespace burin {
-
-int LevelOptions::Coarsest(const Scene& scene) const {
-  int smallest = scene.views[0].camera.width;
-  for (const View& view : scene.views) {
-    smallest = std::min({smallest, view.camera.width, view.camera.height});
-  }
-  int level = finest + count - 1;
-  while (level > finest && std::ldexp(smallest, -level) < min_side_px) --level;
-  return level;
-}
 
 void LevelOptions::Describe(OptionSet* set) {
   set->Add("level.count", &count, "Levels of the image pyramid, each half the size of the next", 1,
            12);
-  set->Add("level.min_side_px", &min_side_px,
-           "Coarser levels whose images have a smaller side than this are left out", 1, 1000000);
+  set->Add(
+      "level.min_side_px", &min_side_px,
+      "Views whose images have a smaller side than this take no part in a level but the finest; "
+      "levels with less than half of the pairs are left out",
+      1, 1000000);
   set->Add("level.finest", &finest, "Finest level used: 0 = full resolution, 1 = half, ...", 0, 11);
   set->Add("level.rounds", &rounds,
            "Rounds of freezing visibility and solving, on the finest level", 1, 1000);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "core/refine/local_guard.h"
-#include "core/scene/scene.h"
 #include "core/solve/solver_strategy.h"
 #include "core/support/options.h"
 
@@ -10,7 +9,7 @@ namespace burin {
 
 struct LevelOptions {
   int count = 5;                   // images at 2^-(count-1), ..., 1/2, 1 of their size
-  int min_side_px = 64;            // coarser levels with smaller images than this are not used
+  int min_side_px = 64;            // views with smaller images than this are left out of a level
   int finest = 0;                  // 0 = full resolution, 1 = half, ...
   int rounds = 2;                  // on the finest level
   int extra_rounds = 2;            // more on every level than on the next finer one
@@ -22,8 +21,6 @@ struct LevelOptions {
   void Describe(OptionSet* set);
 
   int RoundsAt(int level) const { return rounds + (level - finest) * extra_rounds; }
-  // The coarsest of the levels asked for whose images all have min_side_px, or else the finest.
-  int Coarsest(const Scene& scene) const;
 };
 
 // What becomes of vertices that a pair saw in an earlier round and none sees now

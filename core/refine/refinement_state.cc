@@ -17,9 +17,9 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RoundSummary, round, solve, energy_initial, e
                                    pair_pixels, supported_vertices, relaxed_vertices,
                                    carried_vertices, guard, visibility_seconds, build_seconds,
                                    solve_seconds)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LevelSummary, level, width, height, vertices, faces,
-                                   reached_bound, subdivide_seconds, image_seconds, held_back,
-                                   undone, interrupted, rounds)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LevelSummary, level, width, height, views, views_halved_less,
+                                   vertices, faces, reached_bound, subdivide_seconds, image_seconds,
+                                   held_back, undone, interrupted, rounds)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RefinementSummary, footprint, levels, seconds)
 
 namespace {

@@ -32,8 +32,10 @@ struct RoundSummary {
 
 struct LevelSummary {
   int level = 0;
-  int width = 0;  // of the first view
+  int width = 0;  // of the view that names it (core/scene/pyramid.h)
   int height = 0;
+  int views = 0;              // that take part
+  int views_halved_less = 0;  // of those: less than `level` times
   int vertices = 0;
   int faces = 0;
   bool reached_bound = true;  // of SubdivisionReport

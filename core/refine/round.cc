@@ -34,6 +34,17 @@ std::vector<char> SupportedVertices(const std::vector<ViewDomain>& domains,
   return supported;
 }
 
+std::vector<CameraPair> TakingPart(const std::vector<CameraPair>& pairs,
+                                   const std::vector<LevelView>& views) {
+  std::vector<CameraPair> kept;
+  for (const CameraPair& pair : pairs) {
+    if (views[pair.reference].at.takes_part && views[pair.second].at.takes_part) {
+      kept.push_back(pair);
+    }
+  }
+  return kept;
+}
+
 }  // namespace
 
 RoundContext FreezeRound(const std::vector<LevelView>& views, const std::vector<CameraPair>& pairs,
@@ -48,7 +59,8 @@ RoundContext FreezeRound(const std::vector<LevelView>& views, const std::vector<
     cameras.push_back(view.camera);
     masks.push_back(view.mask);
   }
-  *domains = RayCaster(mesh).Cast(cameras, pairs, border_px, masks, held_back_pairs, held_back);
+  *domains = RayCaster(mesh).Cast(cameras, TakingPart(pairs, views), border_px, masks,
+                                  TakingPart(held_back_pairs, views), held_back);
 
   RoundContext context;
   context.views = &views;

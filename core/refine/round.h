@@ -9,7 +9,7 @@
 
 namespace burin {
 
-// Casts Omega_ij for the pairs and fills a context that refers to `views`, `mesh` and `domains`,
+// Casts Omega_ij for the pairs of views that take part and fills a context that refers to `views`, `mesh` and `domains`,
 // which must outlive it. `border_px`: see RayCaster::Cast. was_supported is left equal to supported:
 // earlier rounds are the caller's to add.
 //

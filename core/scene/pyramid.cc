@@ -63,15 +63,16 @@ void ApplyMask(const cv::Mat& mask, LevelView* view) {
 
 }  // namespace
 
-std::vector<LevelView> MakeLevelViews(const Scene& scene, int level, const Eigen::Vector3d& origin,
-                                      double scale) {
+std::vector<LevelView> MakeLevelViews(const Scene& scene, const std::vector<ViewAtLevel>& level,
+                                      const Eigen::Vector3d& origin, double scale) {
   std::vector<LevelView> views(scene.views.size());
   std::vector<GreySample> greys(views.size());
   ParallelFor(static_cast<int>(views.size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
       const View& source = scene.views[i];
       LevelView& view = views[i];
-      const double shrink = std::ldexp(1.0, -level);
+      view.at = level[i];
+      const double shrink = std::ldexp(1.0, -view.at.halvings);
       const auto side = [shrink](int full) {
         return std::max(std::min(full, kSmallestSide),
                         static_cast<int>(std::lround(full * shrink)));
@@ -98,6 +99,19 @@ std::vector<LevelView> MakeLevelViews(const Scene& scene, int level, const Eigen
   const double contrast = Contrast(greys);
   for (LevelView& view : views) view.contrast = contrast;
   return views;
+}
+
+std::vector<LevelView> MakeLevelViews(const Scene& scene, int level, const Eigen::Vector3d& origin,
+                                      double scale) {
+  return MakeLevelViews(scene, std::vector<ViewAtLevel>(scene.views.size(), {level}), origin,
+                        scale);
+}
+
+const LevelView& NamesLevel(const std::vector<LevelView>& views) {
+  for (const LevelView& view : views) {
+    if (view.at.takes_part && !view.at.coarse) return view;
+  }
+  return views[0];
 }
 
 }  // namespace burin

@@ -10,8 +10,16 @@
 
 namespace burin {
 
+// What a level makes of a view.
+struct ViewAtLevel {
+  int halvings = 0;        // of its photograph
+  bool takes_part = true;  // no pair uses a view that does not
+  bool coarse = false;     // its pixels are, so that it is halved less than others on coarse levels
+};
+
 // A view at one level of the pyramid, in the normalised world (see core/refine/refinement.h).
 struct LevelView {
+  ViewAtLevel at;
   Camera camera;
   cv::Mat image;           // grey levels 0..255, CV_8UC1 or CV_32FC1
   cv::Mat mask;            // CV_8UC1, 0 = not to be used; empty = all pixels are
@@ -28,12 +36,18 @@ struct LevelView {
   }
 };
 
-// Images area-averaged to 2^-level of their size (at least 16 pixels a side) with matching cameras,
-// in the world mapped by X -> scale * (X - origin). Level 0 keeps the size. A pixel of a level is
+// Images area-averaged to 2^-halvings of their size (at least 16 pixels a side) with matching cameras,
+// in the world mapped by X -> scale * (X - origin). No halving keeps the size. A pixel of a level is
 // used when the mask allows every pixel that it is made of, and those around them. Pixels of a level
 // that are made of masked ones hold their surroundings carried on instead of what was photographed:
 // a masked pixel's grey level has no weight at all in a spline's sample, nor in contrast and noise.
+std::vector<LevelView> MakeLevelViews(const Scene& scene, const std::vector<ViewAtLevel>& level,
+                                      const Eigen::Vector3d& origin, double scale);
+// All of them halved `level` times, and take part.
 std::vector<LevelView> MakeLevelViews(const Scene& scene, int level, const Eigen::Vector3d& origin,
                                       double scale);
+
+// The view whose size names the level: the first that takes part and is not coarse, or else the first.
+const LevelView& NamesLevel(const std::vector<LevelView>& views);
 
 }  // namespace burin

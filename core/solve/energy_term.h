@@ -43,6 +43,7 @@ struct RoundContext {
   std::vector<char> supported;           // some facet of the vertex has a pixel in some Omega_ij
   std::vector<char> was_supported;       // now or in an earlier round
   Motion motion = Motion::kNormal;
+  int level = 0;             // of the pyramid
   bool first_level = false;  // of the run: the coarsest
 };
 

@@ -1,23 +1,23 @@
-// The lines that burin refine prints on its way.
+// What `burin refine` says on the way.
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/mesh/mesh.h"
-#include "core/refine/refinement.h"
+#include "core/refine/refinement_parts.h"
+#include "core/refine/refinement_state.h"
 
 namespace burin {
 
 std::string EventText(const RefinementEvent& event);
-
+// Which views, of these names, a level leaves out, and which it reduces less than others; empty when none.
+std::string ViewsText(const RoundContext& context, const std::vector<std::string>& names);
 std::string RoundText(const RoundContext& context, const TriangleMesh& mesh,
                       const RoundSummary& round);
-
-// Facets are larger than asked for.
+// Of a level whose splitting was stopped.
 std::string UnsplitText(const LevelSummary& level);
-
 std::string UndoneText(const LevelSummary& level);
-
 // What became of the part of a level that was done when the run was stopped.
 std::string InterruptedText(const LevelSummary& level);
 

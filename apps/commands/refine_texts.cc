@@ -1,10 +1,19 @@
-#include "apps/commands/refine_text.h"
+#include "apps/commands/refine_texts.h"
 
-#include <nlohmann/json.hpp>
+#include <algorithm>
 #include <sstream>
 
 namespace burin {
 namespace {
+
+// "a.jpg", "a.jpg, b.jpg" or "a.jpg, b.jpg and 7 more".
+std::string Listed(const std::vector<std::string>& names) {
+  constexpr size_t kShown = 3;
+  std::string text = names[0];
+  for (size_t k = 1; k < std::min(kShown, names.size()); ++k) text += ", " + names[k];
+  if (names.size() > kShown) text += " and " + std::to_string(names.size() - kShown) + " more";
+  return text;
+}
 
 std::string LevelName(const LevelSummary& level) {
   return "level " + std::to_string(level.width) + "x" + std::to_string(level.height);
@@ -27,13 +36,35 @@ std::string EventText(const RefinementEvent& event) {
   return text.str();
 }
 
+std::string ViewsText(const RoundContext& context, const std::vector<std::string>& names) {
+  std::vector<std::string> small;
+  std::vector<std::string> coarse;
+  for (size_t i = 0; i < names.size(); ++i) {
+    const ViewAtLevel& at = (*context.views)[i].at;
+    if (!at.takes_part) {
+      small.push_back(names[i]);
+    } else if (at.halvings != context.level) {
+      coarse.push_back(names[i]);
+    }
+  }
+  std::string text;
+  if (!small.empty()) text = "left out, too small here (level.min_side_px): " + Listed(small);
+  if (!small.empty() && !coarse.empty()) text += "; ";
+  if (!coarse.empty()) {
+    text += "reduced less than the others, as their pixels are coarser: " + Listed(coarse);
+  }
+  if (text.empty()) return text;
+  const Camera& name = NamesLevel(*context.views).camera;
+  return "level " + std::to_string(name.width) + "x" + std::to_string(name.height) + ": " + text;
+}
+
 std::string RoundText(const RoundContext& context, const TriangleMesh& mesh,
                       const RoundSummary& round) {
   std::ostringstream text;
-  text << "level " << (*context.views)[0].camera.width << "x" << (*context.views)[0].camera.height
-       << " round " << round.round + 1 << ": " << mesh.faces.size() << " faces, "
-       << round.pair_pixels << " pixel pairs, " << round.solve.strategy << " "
-       << round.solve.iterations << " iterations, energy "
+  const Camera& name = NamesLevel(*context.views).camera;
+  text << "level " << name.width << "x" << name.height << " round " << round.round + 1 << ": "
+       << mesh.faces.size() << " faces, " << round.pair_pixels << " pixel pairs, "
+       << round.solve.strategy << " " << round.solve.iterations << " iterations, energy "
        << round.energy_initial["total"].get<double>() << " -> "
        << round.energy_final["total"].get<double>();
   if (round.guard.reverted_vertices > 0) {
