@@ -99,9 +99,6 @@ TEST_P(VerdictOnScene, WrongCamerasAreCalledWrong) {
           scene->views[v].gray = scene->views[v + 1].gray;
         }
         scene->views.back().gray = first;
-      },
-      [](Scene* scene) {  // one photograph under all names
-        for (View& view : scene->views) view.gray = scene->views[0].gray;
       }};
   for (const auto& spoil : spoilings) {
     const SceneVerdict verdict = On(spoil);
@@ -109,6 +106,22 @@ TEST_P(VerdictOnScene, WrongCamerasAreCalledWrong) {
     EXPECT_LT(verdict.evidence.on_line, 0.33);
     EXPECT_THAT(verdict.reason, HasSubstr("do not fit cameras and mesh"));
   }
+}
+
+TEST_P(VerdictOnScene, OnePhotographUnderAllNames) {
+  const SceneVerdict same = On([](Scene* scene) {
+    for (View& view : scene->views) view.gray = scene->views[0].gray;
+  });
+  EXPECT_EQ(same.verdict, Verdict::kWrong);
+  EXPECT_THAT(same.reason, HasSubstr("the same photograph is in several views"));
+  // Compressed anew it is no longer the same.
+  const SceneVerdict alike = On([](Scene* scene) {
+    for (size_t v = 1; v < scene->views.size(); ++v) {
+      scene->views[v].gray = scene->views[0].gray + static_cast<double>(v);
+    }
+  });
+  EXPECT_EQ(alike.verdict, Verdict::kWrong);
+  EXPECT_THAT(alike.reason, HasSubstr("do not fit cameras and mesh"));
 }
 
 TEST_P(VerdictOnScene, NoRunOnFocalLengthsInMillimetresOrInvertedPoses) {

@@ -15,6 +15,9 @@ namespace {
 
 constexpr size_t kViews = 8;
 constexpr size_t kVerticesTried = 500;
+constexpr int kLeastWindows = 100;  // more is asked for than of a mesh as it is: 46 are tried
+constexpr double kLeastOnLine = 0.5;
+constexpr double kLeastAtPlace = 0.7;
 constexpr double kLeastSeen = 0.05;  // share of them in the image, of the view that sees most
 
 // All but the identity.
@@ -68,8 +71,9 @@ double FitOf(const Scene& scene, const TriangleMesh& mesh, const PairsOptions& o
   if (!MayBeSeen(scene, mesh)) return 0;
   try {
     const SceneVerdict verdict = JudgeScene(scene, mesh, SelectPairs(scene, mesh, options).pairs);
-    const bool fits = verdict.verdict == Verdict::kGood || verdict.verdict == Verdict::kDoubtful;
     const Evidence& evidence = verdict.evidence;
+    const bool fits = evidence.windows >= kLeastWindows && evidence.on_line >= kLeastOnLine &&
+                      evidence.at_place >= kLeastAtPlace;
     return fits ? evidence.windows * evidence.on_line * (evidence.at_place - 0.5) : 0;
   } catch (const InputError&) {  // no view sees it, or no two see the same
     return 0;

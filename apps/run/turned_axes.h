@@ -10,10 +10,10 @@
 
 namespace burin {
 
-// For a mesh that does not fit as it is. "with its axes turned the mesh would fit: take x,
-// -z, y for its x, y, z" after the rotation about the origin, or about the middle of the mesh, by which the
-// verdict (core/evidence/verdict.h) on it is not wrong; the best, where there are several. Empty when there
-// is none. Takes some seconds: at most eight views are looked at.
+// For a mesh that does not fit as it is. "with its axes turned the mesh would fit: take x, -z, y for its x, y,
+// z" after the rotation about the origin, or about the middle of the mesh, with which most windows agree
+// (core/evidence/verdict.h: E of .5, A of .7). Empty when there is none. Takes some seconds: at most eight
+// views are looked at.
 std::string TurnedAxes(const Scene& scene, const TriangleMesh& mesh, const PairsOptions& options);
 
 }  // namespace burin

@@ -5,8 +5,10 @@
 #include <cstdlib>
 #include <limits>
 #include <map>
+#include <opencv2/core.hpp>
 #include <set>
 #include <sstream>
+#include <string_view>
 #include <utility>
 
 namespace burin {
@@ -218,6 +220,22 @@ void JudgeFromAfar(const std::vector<WindowMatch>& matches, SceneVerdict* verdic
   }
 }
 
+// Views whose photograph is that of another view too, byte by byte.
+int SharedPhotographs(const Scene& scene) {
+  std::map<std::string_view, int> views_of;
+  std::vector<cv::Mat> whole;
+  whole.reserve(scene.views.size());
+  for (const View& view : scene.views) {
+    if (view.gray.empty()) continue;
+    whole.push_back(view.gray.isContinuous() ? view.gray : view.gray.clone());
+    const cv::Mat& image = whole.back();
+    ++views_of[{reinterpret_cast<const char*>(image.data), image.total() * image.elemSize()}];
+  }
+  int shared = 0;
+  for (const auto& [bytes, views] : views_of) shared += views > 1 ? views : 0;
+  return shared;
+}
+
 }  // namespace
 
 SceneVerdict JudgeMatches(const Scene& scene, std::vector<WindowMatch> matches) {
@@ -254,6 +272,12 @@ SceneVerdict JudgeScene(const Scene& scene, const TriangleMesh& mesh,
   SceneVerdict verdict = JudgeMatches(scene, MatchWindows(scene, mesh, pairs));
   if (verdict.verdict == Verdict::kWrong) {
     JudgeFromAfar(MatchWindows(scene, mesh, pairs, kCoarseSidePx), &verdict);
+  }
+  const int shared = SharedPhotographs(scene);
+  if (2 * static_cast<size_t>(shared) > scene.views.size()) {
+    verdict.verdict = Verdict::kWrong;
+    verdict.reason = "the same photograph is in several views: " + std::to_string(shared) + " of " +
+                     std::to_string(scene.views.size()) + " views have one that another has too";
   }
   return verdict;
 }

@@ -20,6 +20,7 @@
 //   doubtful      px >= 0.5, or views that do not fit
 //   good          else
 //
+// Where more than half of the views have a photograph that another view has too, it is wrong in any case.
 // What is wrong is looked at again in images of at most 256 px, where the search reaches further. A < 0.6
 // but not there: doubtful, for the mesh is far from the surface, but not too far. E < 0.33 but not there,
 // and px below 0.35 pixels of theirs: it is the mesh.
