@@ -18,12 +18,14 @@
 namespace burin {
 namespace {
 
-constexpr int kPartners = 4;           // of a view that are looked at
-constexpr int kWindowsPerPair = 40;    // looked at
-constexpr int kPlacesPerView = 320;    // to choose them from
-constexpr int kGradient = 3;           // Sobel's size
-constexpr double kLeastContrast = 4;   // standard deviation of a window, grey levels
-constexpr double kLeastCosine = 0.17;  // between normal and view: 80 degrees
+constexpr int kPartners = 4;            // of a view that are looked at
+constexpr size_t kWindowsPerPair = 40;  // looked at, in scenes of up to 150 pairs;
+constexpr size_t kFewestPerPair = 12;   // in large ones at least so many
+constexpr size_t kWindows = 6000;       // and together about so many
+constexpr int kPlacesPerView = 320;     // to choose them from
+constexpr int kGradient = 3;            // Sobel's size
+constexpr double kLeastContrast = 4;    // standard deviation of a window, grey levels
+constexpr double kLeastCosine = 0.17;   // between normal and view: 80 degrees
 constexpr double kLargestParallax = 35 * M_PI / 180;
 constexpr size_t kEnough = 30;          // windows under that parallax, or others are looked at too
 constexpr double kSmallestWarp = 0.15;  // area that a window's pixel covers in the other view
@@ -140,25 +142,26 @@ std::vector<Place> PlacesOf(const FacetRays& rays, const SmallView& view, int in
   return places;
 }
 
-// Of one pair.
+// Of one pair; `facing`: the facets that face its second view.
 class PairMatcher {
  public:
   PairMatcher(const FacetRays& rays, const std::vector<SmallView>& views, const CameraPair& pair,
-              double least_cosine)
+              const std::vector<uint8_t>& facing, double least_cosine)
       : rays_(rays),
         pair_(pair),
         i_(views[pair.reference]),
         j_(views[pair.second]),
+        facing_(facing),
         least_cosine_(least_cosine) {}
 
-  std::vector<WindowMatch> Match(std::vector<Place> places) const {
+  std::vector<WindowMatch> Match(std::vector<Place> places, size_t most) const {
     KeepVisible(&places);
     std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
       return a.order < b.order || (a.order == b.order && a.facet < b.facet);
     });
     std::vector<WindowMatch> matches;
     for (const Place& place : places) {
-      if (matches.size() == kWindowsPerPair) break;
+      if (matches.size() == most) break;
       if (const std::optional<WindowMatch> match = MatchAt(place)) matches.push_back(*match);
     }
     return matches;
@@ -184,7 +187,7 @@ class PairMatcher {
       facets.push_back(place.facet);
     }
     std::vector<uint8_t> visible(points.size());
-    rays_.CastToCenter(center, rays_.Facing(center), points.data(), facets.data(),
+    rays_.CastToCenter(center, facing_, points.data(), facets.data(),
                        static_cast<int>(points.size()), visible.data());
     size_t kept = 0;
     for (size_t k = 0; k < places->size(); ++k) {
@@ -272,7 +275,8 @@ class PairMatcher {
   const CameraPair pair_;
   const SmallView& i_;
   const SmallView& j_;
-  const double least_cosine_;  // of the parallax
+  const std::vector<uint8_t>& facing_;  // j
+  const double least_cosine_;           // of the parallax
 };
 
 // Those that are looked at.
@@ -311,14 +315,24 @@ std::vector<WindowMatch> MatchWindows(const Scene& scene, const TriangleMesh& me
       if (reference[i] != 0) places[i] = PlacesOf(rays, views[i], i);
     }
   });
+  // By second view: which facets face it is asked once.
+  std::vector<std::vector<int>> pairs_of(views.size());
+  for (size_t p = 0; p < used.size(); ++p) {
+    pairs_of[used[p].second].push_back(static_cast<int>(p));
+  }
+  const size_t per_pair = std::clamp(kWindows / used.size(), kFewestPerPair, kWindowsPerPair);
   std::vector<WindowMatch> matches;
   for (const double least_cosine : {std::cos(kLargestParallax), -1.0}) {
     if (matches.size() >= kEnough) break;
     std::vector<std::vector<WindowMatch>> of_pair(used.size());
-    ParallelFor(static_cast<int>(used.size()), 1, [&](int begin, int end) {
-      for (int p = begin; p < end; ++p) {
-        of_pair[p] =
-            PairMatcher(rays, views, used[p], least_cosine).Match(places[used[p].reference]);
+    ParallelFor(static_cast<int>(views.size()), 1, [&](int begin, int end) {
+      for (int j = begin; j < end; ++j) {
+        if (pairs_of[j].empty()) continue;
+        const std::vector<uint8_t> facing = rays.Facing(views[j].camera.Center());
+        for (const int p : pairs_of[j]) {
+          const PairMatcher matcher(rays, views, used[p], facing, least_cosine);
+          of_pair[p] = matcher.Match(places[used[p].reference], per_pair);
+        }
       }
     });
     matches.clear();

@@ -10,8 +10,8 @@
 // differ by more than an affine map. Only where that leaves fewer than 30, those under a larger one are
 // looked at too.
 //
-// Cost: a tenth of a millisecond a window. Of each pair about 40 windows are looked at, well spread over
-// what both views see.
+// Cost: a tenth of a millisecond a window. Of each pair up to 40 windows are looked at, well spread over
+// what both views see; fewer, but 12 at least, in scenes of more than 150 pairs.
 #pragma once
 
 #include <Eigen/Core>
