@@ -15,7 +15,6 @@
 namespace burin {
 namespace {
 
-using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 

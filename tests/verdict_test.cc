@@ -117,7 +117,7 @@ TEST_P(VerdictOnScene, OnePhotographUnderAllNames) {
   // Compressed anew it is no longer the same.
   const SceneVerdict alike = On([](Scene* scene) {
     for (size_t v = 1; v < scene->views.size(); ++v) {
-      scene->views[v].gray = scene->views[0].gray + static_cast<double>(v);
+      scene->views[v].gray = cv::Mat(scene->views[0].gray + static_cast<double>(v));
     }
   });
   EXPECT_EQ(alike.verdict, Verdict::kWrong);
@@ -161,7 +161,7 @@ TEST_P(VerdictOnScene, OneWrongViewIsNamed) {
 
 TEST_P(VerdictOnScene, NoiseOfCamerasIsMeasured) {
   const auto noisy = [&](double px) {
-    return On([px, this](Scene* scene) {
+    return On([px](Scene* scene) {
       const CounterRandom random(7, 0);
       for (size_t v = 0; v < scene->views.size(); ++v) {
         Camera& camera = scene->views[v].camera;
