@@ -172,7 +172,8 @@ TEST_P(VerdictOnScene, NoiseOfCamerasIsMeasured) {
   for (const double px : {0.6, 1.0}) {
     const SceneVerdict verdict = noisy(px);
     EXPECT_EQ(verdict.verdict, Verdict::kDoubtful) << verdict.reason;
-    EXPECT_NEAR(verdict.evidence.noise_px, px, 0.5 * px);
+    EXPECT_GT(verdict.evidence.noise_px, 0.6 * px);  // of eight cameras it varies by itself
+    EXPECT_LT(verdict.evidence.noise_px, 1.8 * px);
   }
   EXPECT_EQ(noisy(4).verdict, Verdict::kWrong);
 }

@@ -42,6 +42,13 @@ bool OnLine(const WindowMatch& match) { return std::abs(match.row) <= 1; }
 
 double WithoutChance(double share) { return (share - kChance) / (1 - kChance); }
 
+// Of E from so many windows.
+double StandardError(double on_line, size_t windows) {
+  const auto count = static_cast<double>(windows);
+  const double share = on_line * (1 - kChance) + kChance;
+  return std::sqrt(std::max(share * (1 - share), 1 / count) / count) / (1 - kChance);
+}
+
 // P(x > y) for x at the places predicted and y by chance, ties half.
 double AtPlace(const Matches& matches) {
   std::vector<std::pair<float, bool>> scores;  // true = predicted
@@ -122,6 +129,8 @@ std::vector<Matches> ByView(const Matches& matches, size_t views) {
   return by_view;
 }
 
+// By the upper bound of what chance leaves of a view's E: of two views that share a pair, it is the one with
+// other bad pairs.
 std::vector<int> Misfits(const std::vector<WindowMatch>& matches, size_t views) {
   std::vector<int> misfits;
   while (3 * misfits.size() < views) {
@@ -133,14 +142,29 @@ std::vector<int> Misfits(const std::vector<WindowMatch>& matches, size_t views) 
       const double on_line = OnLineByPartner(by_view[v], static_cast<int>(v));
       if (std::isnan(on_line)) continue;
       known.push_back(on_line);
-      if (on_line >= least) continue;
-      least = on_line;
+      const double bound = on_line + 2 * StandardError(on_line, by_view[v].size());
+      if (bound >= least) continue;
+      least = bound;
       worst = static_cast<int>(v);
     }
     const double median = Median(known);
     if (!(median >= kLeastMedian) || least > kMisfitShare * median) break;
     misfits.push_back(worst);
   }
+  // One that has bad pairs with others of them only may be right.
+  std::vector<int> against_fitting(views, 0);
+  const auto fits = [&](int view) {
+    return std::find(misfits.begin(), misfits.end(), view) == misfits.end();
+  };
+  for (const WindowMatch& match : matches) {
+    if (fits(match.second)) ++against_fitting[match.reference];
+    if (fits(match.reference)) ++against_fitting[match.second];
+  }
+  misfits.erase(std::remove_if(misfits.begin(), misfits.end(),
+                               [&](int view) {
+                                 return against_fitting[view] < static_cast<int>(kLeastWindows);
+                               }),
+                misfits.end());
   return misfits;
 }
 

@@ -10,8 +10,8 @@
 //   px    1.4826 median |across| / sqrt 2 over clear matches, in pixels of the photographs: the noise of
 //         a camera, were both alike.
 //
-// A view does not fit when its E, the mean over its pairs, is below 0.4 of the median over the views. The
-// worst is taken out and the others are judged again without it, until none is. When those that are left
+// A view does not fit when its E, the mean over its pairs, is below 0.4 of the median over the views by two standard errors. The
+// worst is taken out and the others are judged again without it, until none is; one that has bad pairs with others of them only is kept. When those that are left
 // have an E below 0.4, nothing stands out and none is named. The figures of the scene are those of the
 // views that fit.
 //
