@@ -67,6 +67,7 @@ constexpr int kManySizesSide =
 
 std::vector<int> Halvings(const std::vector<ViewAtLevel>& views) {
   std::vector<int> halvings;
+  halvings.reserve(views.size());
   for (const ViewAtLevel& view : views) halvings.push_back(view.halvings);
   return halvings;
 }

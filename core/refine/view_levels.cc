@@ -33,9 +33,9 @@ std::vector<double> RelativeFootprints(const Scene& scene, const TriangleMesh& m
     }
     for (const auto& [view, footprint] : seen) ratios[view].push_back(footprint / narrowest);
   }
-  std::vector<double> relative;
-  for (std::vector<double>& of_view : ratios) {
-    relative.push_back(of_view.empty() ? 1 : Median(&of_view));
+  std::vector<double> relative(ratios.size(), 1);
+  for (size_t i = 0; i < ratios.size(); ++i) {
+    if (!ratios[i].empty()) relative[i] = Median(&ratios[i]);
   }
   return relative;
 }
