@@ -15,10 +15,12 @@
 #include <string>
 #include <vector>
 
+#include "apps/run/judged_scene.h"
 #include "apps/run/level_energy.h"
 #include "apps/run/memory_limit.h"
 #include "apps/run/pipeline.h"
 #include "apps/run/run_output.h"
+#include "apps/run/verdict_output.h"
 #include "core/mesh/mesh_io.h"
 #include "core/scene/formats/camera_checks.h"
 #include "core/scene/formats/scene_loader.h"
@@ -155,6 +157,11 @@ py::dict EventDict(const RefinementEvent& event) {
   return dict;
 }
 
+// A RuntimeWarning, which Python may have been told to raise.
+void Warn(const std::string& line) {
+  if (PyErr_WarnEx(PyExc_RuntimeWarning, line.c_str(), 2) != 0) throw py::error_already_set();
+}
+
 // Python's signal handlers run between iterations, so that Ctrl-C ends a refinement; what they or the
 // callback raise is raised again when the refinement has ended.
 py::dict RefineMesh(const Scene& scene, const py::array& vertices, const py::array& faces,
@@ -184,11 +191,25 @@ py::dict RefineMesh(const Scene& scene, const py::array& vertices, const py::arr
     }
   };
   PipelineResult result;
-  {
-    const py::gil_scoped_release release;
+  JudgedScene judged;
+  WithoutGil([&] {
+    options.Check();
     inputs.memory = CheckMemory(scene, mesh, options);
     CheckMeshIsSeen(scene, mesh, "mesh");
-    result = RunPipeline(scene, mesh, options, parts);
+    judged = JudgeAndSelect(scene, mesh, options);
+  });
+  if (judged.judged) {
+    inputs.verdict = JsonText(VerdictJson(judged.verdict, scene, judged.left_out));
+    inputs.verdict_seconds = judged.seconds;
+  }
+  for (const std::string& line : judged.lines) Warn(line);
+  if (judged.stop) {
+    Warn("this cannot be right: " + judged.verdict.reason + "; the input mesh is the result");
+    result.mesh = mesh;
+    result.selection = judged.selection;
+  } else {
+    parts.selection = &judged.selection;
+    WithoutGil([&] { result = RunPipeline(judged.scene, mesh, options, parts); });
   }
   if (raised) std::rethrow_exception(raised);
   py::dict quality;
@@ -200,6 +221,22 @@ py::dict RefineMesh(const Scene& scene, const py::array& vertices, const py::arr
   out["quality"] = quality;
   out["summary"] = ParseJson(JsonText(SummaryJson(inputs, options, result, watch.Seconds())));
   return out;
+}
+
+py::object Check(const Scene& scene, const py::array& vertices, const py::array& faces,
+                 Options* options) {
+  const TriangleMesh mesh = MeshOf(vertices, faces);
+  const PipelineOptions given = options->options;
+  const std::string text = WithoutGil([&] {
+    given.Check();
+    const ThreadScope threads(given.threads);
+    CheckMeshIsSeen(scene, mesh, "mesh");
+    PairSelection selection;
+    double seconds = 0;
+    return JsonText(
+        VerdictJson(SelectAndJudge(scene, mesh, given.pairs, &selection, &seconds), scene, {}));
+  });
+  return ParseJson(text);
 }
 
 py::dict Select(const Scene& scene, const py::array& vertices, const py::array& faces,
@@ -351,6 +388,8 @@ PYBIND11_MODULE(_burin, module) {
   });
   module.def("refine", &RefineMesh, py::arg("scene"), py::arg("vertices"), py::arg("faces"),
              py::arg("options"), py::arg("callback"));
+  module.def("check", &Check, py::arg("scene"), py::arg("vertices"), py::arg("faces"),
+             py::arg("options"));
   module.def("select_pairs", &Select, py::arg("scene"), py::arg("vertices"), py::arg("faces"),
              py::arg("options"));
   module.def("strategies", [] {

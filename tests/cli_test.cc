@@ -27,8 +27,8 @@ TEST_F(CliTest, HelpAndVersionSucceed) {
   EXPECT_EQ(Run({"--version"}).exit_code, 0);
   const Outcome help = Run({"--help"});
   EXPECT_EQ(help.exit_code, 0);
-  for (const char* command : {"demo", "refine", "compare-solvers", "select", "synth", "evaluate",
-                              "picture", "solvers", "options"}) {
+  for (const char* command : {"demo", "check", "refine", "compare-solvers", "select", "synth",
+                              "evaluate", "picture", "solvers", "options"}) {
     EXPECT_THAT(help.out, HasSubstr(command));
     const Outcome outcome = Run({command, "--help"});
     EXPECT_EQ(outcome.exit_code, 0) << command;

@@ -10,6 +10,7 @@
 #include "apps/commands/commands.h"
 #include "apps/run/memory_limit.h"
 #include "apps/run/stop_signals.h"
+#include "apps/run/verdict_output.h"
 #include "core/support/error.h"
 
 namespace burin {
@@ -32,6 +33,7 @@ int ParseAndRun(int argc, const char* const* argv) {
   AddDemoCommand(&program);
   AddCompareCommand(&program);
   AddSynthCommand(&program);
+  AddCheckCommand(&program);
   AddEvaluateCommand(&program);
   AddPictureCommand(&program);
   AddConvertCommand(&program);
@@ -55,6 +57,8 @@ int RunCommandLine(int argc, const char* const* argv) {
     return Fail(error.what(), kExitBadInput);
   } catch (const Interrupted& interruption) {
     return Fail(interruption.what(), kExitInterrupted + interruption.signal());
+  } catch (const CannotBeRight& error) {
+    return Fail(error.what(), kExitCannotBeRight);
   } catch (const MemoryLimitError& error) {
     return Fail(error.what(), kExitOutOfMemory);
   } catch (const std::bad_alloc&) {

@@ -8,6 +8,7 @@ enum ExitCode {
   kExitFailure = 1,   // a fault of burin or of the machine
   kExitBadInput = 2,  // the command line, a file or an option; nothing was half-written
   kExitOutOfMemory = 3,
+  kExitCannotBeRight = 4,  // cameras, photographs and mesh do not fit (core/evidence/verdict.h)
   kExitInterrupted = 128,  // + the signal's number: 130 for SIGINT, 143 for SIGTERM
 };
 

@@ -21,6 +21,9 @@ void AddEvaluateCommand(Program* program);
 // colours of its errors, from one view.
 void AddPictureCommand(Program* program);
 
+// burin check SCENE_DIR --mesh M.ply [--output DIR]: whether cameras, photographs and mesh fit each other.
+void AddCheckCommand(Program* program);
+
 // burin refine SCENE_DIR --mesh M.ply --output DIR: refined.ply, summary.json and trace.csv.
 void AddRefineCommand(Program* program);
 

@@ -9,6 +9,7 @@
 #include "apps/commands/command.h"
 #include "apps/commands/commands.h"
 #include "apps/run/comparison_output.h"
+#include "apps/run/judged_scene.h"
 #include "apps/run/memory_limit.h"
 #include "apps/run/output_folder.h"
 #include "apps/run/pipeline.h"
@@ -16,6 +17,7 @@
 #include "apps/run/run_output.h"
 #include "apps/run/scene_arguments.h"
 #include "apps/run/solver_comparison.h"
+#include "apps/run/verdict_output.h"
 #include "core/mesh/mesh_io.h"
 #include "core/support/atomic_file.h"
 #include "core/support/config.h"
@@ -80,9 +82,14 @@ void CompareCommand::Run() {
   Progress progress;
   progress.Begin(1);
   progress.Line("read " + std::to_string(scene.views.size()) + " views; mesh: " + report.Brief());
-  const Comparison comparison =
-      CompareSolvers(scene, mesh, pipeline, compare, truth_path.empty() ? nullptr : &truth,
-                     [&](const std::string& line) { progress.Line(line); });
+  // A comparison keeps its rows whatever the verdict is.
+  PipelineOptions kept = pipeline;
+  if (kept.verdict.action == VerdictAction::kStop) kept.verdict.action = VerdictAction::kWarn;
+  const JudgedScene judged = JudgeAndSelect(scene, mesh, kept);
+  for (const std::string& line : judged.lines) progress.Line(line);
+  const Comparison comparison = CompareSolvers(
+      judged.scene, mesh, pipeline, compare, truth_path.empty() ? nullptr : &truth,
+      [&](const std::string& line) { progress.Line(line); }, &judged.selection);
   progress.End();
   if (!comparison.AnythingRan()) throw InputError(Reasons(comparison));
 
@@ -98,6 +105,8 @@ void CompareCommand::Run() {
                       {"views", scene.views.size()},
                       {"vertices", mesh.vertices.size()},
                       {"faces", mesh.faces.size()}};
+  summary["verdict"] = judged.judged ? VerdictJson(judged.verdict, scene, judged.left_out)
+                                     : nlohmann::ordered_json();
   summary.update(ComparisonJson(comparison));
   summary["threads"] = ThreadCount();
   summary["peak_memory_mib"] = std::round(PeakMemoryMib());

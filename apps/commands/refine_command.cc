@@ -17,12 +17,14 @@
 #include "apps/commands/refine_texts.h"
 #include "apps/run/checkpoint.h"
 #include "apps/run/debug_images.h"
+#include "apps/run/judged_scene.h"
 #include "apps/run/output_folder.h"
 #include "apps/run/pipeline.h"
 #include "apps/run/progress.h"
 #include "apps/run/run_output.h"
 #include "apps/run/scene_arguments.h"
 #include "apps/run/stop_signals.h"
+#include "apps/run/verdict_output.h"
 #include "core/image/picture.h"
 #include "core/mesh/mesh_io.h"
 #include "core/support/atomic_file.h"
@@ -55,8 +57,11 @@ struct RefineCommand {
   // Everything the command line would have given, from the checkpoint of --resume.
   void TakeFrom(const Checkpoint& checkpoint);
   void RefuseToReplaceTheMesh(const std::filesystem::path& folder) const;
-  Checkpoint FirstCheckpoint(const Scene& scene, const TriangleMesh& mesh,
-                             const std::vector<CameraPair>& pairs) const;
+  Checkpoint FirstCheckpoint(const Scene& scene, const TriangleMesh& mesh) const;
+  JudgedScene JudgeOrGoOn(const Scene& scene, const TriangleMesh& mesh,
+                          Checkpoint* checkpoint) const;
+  [[noreturn]] void HandBack(const JudgedScene& judged, const RunInputs& inputs,
+                             const std::filesystem::path& folder, double seconds) const;
   void WritePictures(const std::filesystem::path& folder, const Scene& scene,
                      const TriangleMesh& before, const TriangleMesh& after) const;
 };
@@ -115,8 +120,7 @@ void RefineCommand::TakeFrom(const Checkpoint& checkpoint) {
   level_meshes = checkpoint.level_meshes;
 }
 
-Checkpoint RefineCommand::FirstCheckpoint(const Scene& scene, const TriangleMesh& mesh,
-                                          const std::vector<CameraPair>& pairs) const {
+Checkpoint RefineCommand::FirstCheckpoint(const Scene& scene, const TriangleMesh& mesh) const {
   Checkpoint checkpoint;
   checkpoint.source = source.Absolute();
   checkpoint.mesh_path = std::filesystem::absolute(mesh_path).string();
@@ -126,8 +130,46 @@ Checkpoint RefineCommand::FirstCheckpoint(const Scene& scene, const TriangleMesh
   checkpoint.pictures = pictures;
   checkpoint.debug_images = debug_images;
   checkpoint.level_meshes = level_meshes;
-  checkpoint.pairs = pairs;
   return checkpoint;
+}
+
+// A run that goes on has been judged; its views and pairs must be those that it began with.
+JudgedScene RefineCommand::JudgeOrGoOn(const Scene& scene, const TriangleMesh& mesh,
+                                       Checkpoint* checkpoint) const {
+  JudgedScene judged;
+  if (resume_path.empty()) {
+    judged = JudgeAndSelect(scene, mesh, options);
+    *checkpoint = FirstCheckpoint(scene, mesh);
+    checkpoint->left_out = judged.left_out;
+    if (judged.judged) {
+      checkpoint->verdict = JsonText(VerdictJson(judged.verdict, scene, judged.left_out));
+    }
+    checkpoint->pairs = judged.selection.pairs;
+    return judged;
+  }
+  judged = SelectWithout(scene, mesh, options, checkpoint->left_out);
+  if (checkpoint->pairs != judged.selection.pairs) {
+    throw InputError("--resume: the camera pairs are not those that the run began with");
+  }
+  return judged;
+}
+
+// What cannot be right is not refined: the mesh given is the result.
+void RefineCommand::HandBack(const JudgedScene& judged, const RunInputs& inputs,
+                             const std::filesystem::path& folder, double seconds) const {
+  PipelineResult result;
+  result.mesh = *inputs.mesh;
+  result.selection = judged.selection;
+  nlohmann::ordered_json summary = SummaryJson(inputs, options, result, seconds);
+  summary["complete"] = true;
+  WriteMesh(folder / "refined.ply", *inputs.mesh);
+  WriteTextAtomically(folder / "trace.csv", TraceCsv({}));
+  WriteTextAtomically(folder / "config.toml", ConfigText(set));
+  WriteTextAtomically(folder / "summary.json", JsonText(summary));
+  std::filesystem::remove(CheckpointPath(folder));
+  throw CannotBeRight("this cannot be right: " + judged.verdict.reason + "; " +
+                      (folder / "refined.ply").string() +
+                      " is the input mesh (verdict.action = warn refines it all the same)");
 }
 
 // An interrupted run needs the mesh that it began with.
@@ -169,9 +211,9 @@ void RefineCommand::Run() {
   const TriangleMesh mesh = ReadMesh(mesh_path, &report);
   RunInputs inputs;
   inputs.memory = CheckMemory(LoadScene(source.Source(), /*with_images=*/false), mesh, options);
-  const Scene scene = LoadScene(source.Source());
-  CheckMeshIsSeen(scene, mesh, mesh_path);
-  if (!resume_path.empty()) CheckUnchanged(checkpoint, scene, mesh);
+  const Scene whole = LoadScene(source.Source());
+  CheckMeshIsSeen(whole, mesh, mesh_path);
+  if (!resume_path.empty()) CheckUnchanged(checkpoint, whole, mesh);
   const std::string instruction_set = KernelInstructionSet();
   const std::string before = std::exchange(checkpoint.instruction_set, instruction_set);
   signals.ThrowIfCaught();
@@ -179,33 +221,37 @@ void RefineCommand::Run() {
                         output_path + " --config " + (folder / "config.toml").string();
   inputs.scene_path = source.scene;
   inputs.mesh_path = mesh_path;
-  inputs.scene = &scene;
+  inputs.scene = &whole;
   inputs.mesh = &mesh;
   inputs.mesh_report = report.Brief();
   inputs.load_seconds = watch.Seconds();
 
   Progress progress;
   progress.Begin(1);
-  progress.Line("read " + std::to_string(scene.views.size()) + " views, " +
-                std::to_string(scene.points.size()) + " points; mesh: " + report.Brief());
+  progress.Line("read " + std::to_string(whole.views.size()) + " views, " +
+                std::to_string(whole.points.size()) + " points; mesh: " + report.Brief());
   if (checkpoint.state.has_value() && before != instruction_set) {
     progress.Line("the run so far used " + before + ", this machine has " + instruction_set +
                   ": the result may differ in its last digits from that of one machine");
   }
-  std::vector<std::string> names;
-  for (const View& view : scene.views) names.push_back(view.name);
   const std::filesystem::path checkpoint_path = CheckpointPath(folder);
   const Stopwatch selection_watch;
-  const PairSelection selection = SelectPairs(scene, mesh, options.pairs);
-  const double selection_seconds = selection_watch.Seconds();
+  const JudgedScene judged = JudgeOrGoOn(whole, mesh, &checkpoint);
+  const Scene& scene = judged.scene;
+  const PairSelection& selection = judged.selection;
+  const double selection_seconds = selection_watch.Seconds() - judged.seconds;
+  std::vector<std::string> names;
+  for (const View& view : scene.views) names.push_back(view.name);
+  inputs.verdict = checkpoint.verdict;
+  inputs.verdict_seconds = judged.seconds;
+  for (const std::string& line : judged.lines) progress.Line(line);
   signals.ThrowIfCaught();
   RemoveTemporaries(folder);
-  if (resume_path.empty()) {
-    checkpoint = FirstCheckpoint(scene, mesh, selection.pairs);
-    WriteCheckpoint(checkpoint_path, checkpoint);
-  } else if (checkpoint.pairs != selection.pairs) {
-    throw InputError("--resume: the camera pairs are not those that the run began with");
+  if (judged.stop) {
+    progress.End();
+    HandBack(judged, inputs, folder, watch.Seconds());
   }
+  if (resume_path.empty()) WriteCheckpoint(checkpoint_path, checkpoint);
   const std::optional<RefinementState> start = checkpoint.state;
   PipelineParts parts;
   parts.selection = &selection;

@@ -82,6 +82,8 @@ void WriteCheckpoint(const std::filesystem::path& path, const Checkpoint& checkp
                {"level_meshes", checkpoint.level_meshes},
                {"pairs", checkpoint.pairs},
                {"events", checkpoint.events}};
+  if (!checkpoint.left_out.empty()) body["left_out"] = checkpoint.left_out;
+  if (!checkpoint.verdict.empty()) body["verdict"] = checkpoint.verdict;
   if (checkpoint.state) body["state"] = json::binary(StateBytes(*checkpoint.state));
   std::vector<uint8_t> body_bytes = json::to_cbor(body);
   const json file = {{"burin_checkpoint", kVersion},
@@ -113,6 +115,8 @@ Checkpoint ReadCheckpoint(const std::filesystem::path& path) {
     body.at("pictures").get_to(checkpoint.pictures);
     body.at("debug_images").get_to(checkpoint.debug_images);
     body.at("level_meshes").get_to(checkpoint.level_meshes);
+    if (body.contains("left_out")) body["left_out"].get_to(checkpoint.left_out);
+    if (body.contains("verdict")) body["verdict"].get_to(checkpoint.verdict);
     body.at("pairs").get_to(checkpoint.pairs);
     body.at("events").get_to(checkpoint.events);
     if (body.contains("state")) checkpoint.state = StateFromBytes(body["state"].get_binary());

@@ -24,7 +24,9 @@ struct Checkpoint {
   bool pictures = false;
   bool debug_images = false;
   bool level_meshes = false;
-  std::vector<CameraPair> pairs;
+  std::vector<std::string> left_out;     // views by name (scene.misfit)
+  std::string verdict;                   // as summary.json has it; empty = not judged
+  std::vector<CameraPair> pairs;         // of the views that are left
   std::vector<RefinementEvent> events;   // the trace so far
   std::optional<RefinementState> state;  // after the last finished round; none before the first
 };

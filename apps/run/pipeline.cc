@@ -12,6 +12,15 @@
 
 namespace burin {
 
+void VerdictOptions::Describe(OptionSet* set) {
+  set->Add("verdict.action", &action,
+           "Where cameras, photographs and mesh cannot be right together: stop = the input mesh is "
+           "the result, exit code 4; warn = say so and go on; off = do not judge");
+  set->Add("scene.misfit", &misfit,
+           "Views that do not fit the others: leave_out = name them and go on without; warn = name "
+           "them; keep = neither; not judged with verdict.action off");
+}
+
 void MemoryOptions::Describe(OptionSet* set) {
   set->Add(
       "memory.limit_gb", &limit_gb,
@@ -25,6 +34,7 @@ void PipelineOptions::Describe(OptionSet* set) {
   photo.Describe(set);
   smooth.Describe(set);
   refinement.Describe(set);
+  verdict.Describe(set);
   memory.Describe(set);
   set->Add("run.threads", &threads, "Threads; 0 = all cores. Results do not depend on it", 0, 4096);
 }

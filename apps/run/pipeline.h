@@ -17,6 +17,28 @@
 
 namespace burin {
 
+// What is done about a scene that cannot be right (core/evidence/verdict.h).
+enum class VerdictAction { kStop, kWarn, kOff };
+inline Choices<VerdictAction> ChoicesOf(VerdictAction) {
+  return {
+      {VerdictAction::kStop, "stop"}, {VerdictAction::kWarn, "warn"}, {VerdictAction::kOff, "off"}};
+}
+
+// What is done about a view that does not fit the others.
+enum class ViewMisfit { kLeaveOut, kWarn, kKeep };
+inline Choices<ViewMisfit> ChoicesOf(ViewMisfit) {
+  return {{ViewMisfit::kLeaveOut, "leave_out"},
+          {ViewMisfit::kWarn, "warn"},
+          {ViewMisfit::kKeep, "keep"}};
+}
+
+// Of commands, which judge before RunPipeline (apps/run/judged_scene.h).
+struct VerdictOptions {
+  VerdictAction action = VerdictAction::kStop;
+  ViewMisfit misfit = ViewMisfit::kLeaveOut;
+  void Describe(OptionSet* set);
+};
+
 struct MemoryOptions {
   double limit_gb = 0;  // 0 = what the machine has available (apps/run/memory_estimate.h)
   void Describe(OptionSet* set);
@@ -28,6 +50,7 @@ struct PipelineOptions {
   PhotometricOptions photo;
   SmoothnessOptions smooth;
   RefinementOptions refinement;
+  VerdictOptions verdict;
   MemoryOptions memory;
   int threads = 0;  // 0 = all cores
   void Describe(OptionSet* set);

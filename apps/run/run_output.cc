@@ -10,6 +10,7 @@
 #include <opencv2/core/version.hpp>
 #include <sstream>
 
+#include "apps/run/turned_axes.h"
 #include "core/support/error.h"
 #include "core/support/parallel.h"
 #include "core/visibility/visibility.h"
@@ -96,13 +97,22 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
                    {"points", inputs.scene->points.size()},
                    {"vertices", inputs.mesh->vertices.size()},
                    {"faces", inputs.mesh->faces.size()}};
+  json["verdict"] = inputs.verdict.empty() ? nlohmann::ordered_json()
+                                           : nlohmann::ordered_json::parse(inputs.verdict);
   json["output"] = {{"vertices", result.mesh.vertices.size()},
                     {"faces", result.mesh.faces.size()},
                     {"footprint", result.refinement.footprint}};
+  std::vector<std::string> left_out;
+  if (!json["verdict"].is_null()) left_out = json["verdict"]["left_out"];
+  std::vector<std::string> names;  // of the views that are left
+  for (const View& view : inputs.scene->views) {
+    if (std::find(left_out.begin(), left_out.end(), view.name) == left_out.end()) {
+      names.push_back(view.name);
+    }
+  }
   nlohmann::ordered_json pairs = nlohmann::ordered_json::array();
   for (const CameraPair& pair : result.selection.pairs) {
-    pairs.push_back(
-        {inputs.scene->views[pair.reference].name, inputs.scene->views[pair.second].name});
+    pairs.push_back({names[pair.reference], names[pair.second]});
   }
   json["pairs"] = {{"method", NameOf(result.selection.recipe.method)},
                    {"count", result.selection.pairs.size()},
@@ -138,6 +148,7 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
   json["evaluations"] = evaluations;
   json["seconds"] = {{"load", inputs.load_seconds},
                      {"pairs", result.selection_seconds},
+                     {"verdict", inputs.verdict_seconds},
                      {"refine", result.refinement.seconds},
                      {"total", total_seconds}};
   json["instruction_set"] = KernelInstructionSet();
@@ -164,6 +175,17 @@ std::string TraceCsv(const std::vector<RefinementEvent>& events) {
   return csv.str();
 }
 
+namespace {
+
+// "; ..." where it would be seen with other axes; without photographs nobody can tell.
+std::string OtherAxes(const Scene& scene, const TriangleMesh& mesh) {
+  if (scene.views.empty() || scene.views[0].gray.empty()) return "";
+  const std::string turned = TurnedAxes(scene, mesh, PairsOptions());
+  return turned.empty() ? "" : "; " + turned;
+}
+
+}  // namespace
+
 void CheckMeshIsSeen(const Scene& scene, const TriangleMesh& mesh,
                      const std::filesystem::path& mesh_path) {
   const RayCaster caster(mesh);
@@ -185,13 +207,15 @@ void CheckMeshIsSeen(const Scene& scene, const TriangleMesh& mesh,
   if (seen == 0) {
     throw InputError(mesh_path, "vertices: none of the " + std::to_string(scene.views.size()) +
                                     " views sees the mesh; mesh and cameras are not in the same "
-                                    "coordinate frame");
+                                    "coordinate frame" +
+                                    OtherAxes(scene, mesh));
   }
   const double share = static_cast<double>(front) / static_cast<double>(seen);
   if (share < 0.5) {
     throw InputError(mesh_path, "faces: only " + Fixed(100 * share, 0) +
                                     " % of what the cameras see of the mesh is its front; it is "
-                                    "inside out (reverse the order of each face's vertices)");
+                                    "inside out (reverse the order of each face's vertices)" +
+                                    OtherAxes(scene, mesh));
   }
 }
 

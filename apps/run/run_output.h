@@ -29,7 +29,9 @@ struct RunInputs {
   const TriangleMesh* mesh = nullptr;
   std::string mesh_report;  // one line of checks
   double load_seconds = 0;
-  MemoryCheck memory;  // made before the run
+  MemoryCheck memory;   // made before the run
+  std::string verdict;  // JSON; empty = not judged
+  double verdict_seconds = 0;
 };
 
 // Everything about a finished run. `total_seconds` includes reading and writing.

@@ -158,6 +158,7 @@ void RunFrozen(const Scene& scene, const TriangleMesh& mesh, const PipelineOptio
   const LevelOptions& level = pipeline.refinement.level;
   std::vector<std::vector<ComparisonRow>> rows(comparison->strategies.size());
   PipelineParts parts;
+  parts.selection = &comparison->selection;
   parts.measure_quality = false;
   parts.solve_round = [&](const FrozenRound& frozen) {
     const Strategy* reference = FindStrategy(solver.type, frozen.unknowns, solver);
@@ -183,7 +184,7 @@ void RunFrozen(const Scene& scene, const TriangleMesh& mesh, const PipelineOptio
     }
     return have_next ? next : frozen.solve(solver.type, nullptr);
   };
-  comparison->selection = RunPipeline(scene, mesh, pipeline, parts).selection;
+  RunPipeline(scene, mesh, pipeline, parts);
   for (std::vector<ComparisonRow>& of_strategy : rows) {
     comparison->rows.insert(comparison->rows.end(), of_strategy.begin(), of_strategy.end());
   }
@@ -193,7 +194,6 @@ void RunWhole(const Scene& scene, const TriangleMesh& mesh, const PipelineOption
               const Truth* truth, const std::function<void(const std::string&)>& say,
               Comparison* comparison) {
   ErrorGauge gauge(truth, comparison->options);
-  comparison->selection = SelectPairs(scene, mesh, pipeline.pairs);
   for (ComparedStrategy& strategy : comparison->strategies) {
     Used used;
     PipelineParts parts;
@@ -267,7 +267,8 @@ bool Comparison::AnythingRan() const {
 
 Comparison CompareSolvers(const Scene& scene, const TriangleMesh& mesh,
                           const PipelineOptions& pipeline, const CompareOptions& options,
-                          const Truth* truth, const std::function<void(const std::string&)>& say) {
+                          const Truth* truth, const std::function<void(const std::string&)>& say,
+                          const PairSelection* selection) {
   pipeline.Check();
   Comparison comparison;
   comparison.options = options;
@@ -277,6 +278,8 @@ Comparison CompareSolvers(const Scene& scene, const TriangleMesh& mesh,
     comparison.strategies.back().name = name;
   }
   if (truth != nullptr) comparison.before = EvaluateMesh(mesh, *truth, options.evaluation);
+  comparison.selection =
+      selection != nullptr ? *selection : SelectPairs(scene, mesh, pipeline.pairs);
   if (options.mode == CompareMode::kWhole) {
     RunWhole(scene, mesh, pipeline, truth, say, &comparison);
   } else {

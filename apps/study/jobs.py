@@ -126,6 +126,7 @@ class Job:
     def refine(self) -> None:
         """refine.json: the refined mesh, with the pairs that were selected."""
         options = {key: value for key, value in self.options.items() if not key.startswith("pairs.")}
+        options = {"verdict.action": "warn"} | options  # a row is kept whatever the verdict is
         options |= {"pairs.method": "file", "pairs.file": str(self.folder / "select/pairs.json"),
                     "run.threads": self.threads}
         self.do("refine", self.folder / "select.json",

@@ -15,7 +15,7 @@ InputError, a ValueError.
 from burin._burin import InputError, MemoryLimitError, Scene, read_mesh, strategies
 from burin._energy import Energy
 from burin._options import Options
-from burin._refine import Refinement, Selection, load_scene, refine, select_pairs, write_mesh
+from burin._refine import Refinement, Selection, check, load_scene, refine, select_pairs, write_mesh
 
 __all__ = [
     "Energy",
@@ -25,6 +25,7 @@ __all__ = [
     "Refinement",
     "Scene",
     "Selection",
+    "check",
     "load_scene",
     "read_mesh",
     "refine",

@@ -41,13 +41,24 @@ def write_mesh(path, vertices, faces):
     _burin.write_mesh(path, numpy.asarray(vertices), numpy.asarray(faces))
 
 
+def check(scene, vertices, faces, options: typing.Optional[Options] = None):
+    """Whether cameras, photographs and mesh fit each other, as `burin check --json` says: a dict.
+
+    verdict: good, doubtful, wrong or cannot tell; E, A, px: figures of the scene and of its views
+    (docs/verdict.md).
+    """
+    vertices, faces = numpy.asarray(vertices), numpy.asarray(faces)
+    return _burin.check(scene, vertices, faces, as_options(options)._native)
+
+
 def refine(scene, vertices, faces, options: typing.Optional[Options] = None, callback=None):
     """The mesh that agrees better with the photographs, as `burin refine` finds it: a Refinement.
 
     vertices: (V, 3) floats; faces: (F, 3) integers, counter-clockwise from outside. callback, where
     given, is called after every iteration with a dict (level, round, iteration, energy, done, ...);
     when it returns False, the refinement ends with the mesh so far. Ctrl-C ends it with
-    KeyboardInterrupt. Other Python threads run meanwhile.
+    KeyboardInterrupt. Other Python threads run meanwhile. What cannot be right (check()) is not refined,
+    views that do not fit are left out, each with a RuntimeWarning: options.verdict, options.scene.
     """
     vertices, faces = numpy.asarray(vertices), numpy.asarray(faces)
     return Refinement(

@@ -111,6 +111,24 @@ def test_refine_is_the_program(folder, scene, mesh, tmp_path):
     assert numpy.array_equal(burin.read_mesh(tmp_path / "again.ply")[1], faces)
 
 
+def test_what_cannot_be_right_is_handed_back(tmp_path):
+    subprocess.run(
+        [PROGRAM, "synth", "--output", tmp_path, "--text", "--synth.width", "320", "--synth.height", "240",
+         "--synth.samples_per_axis", "1", "--synth.truth_point_count", "100"],
+        check=True, capture_output=True)
+    vertices, faces = burin.read_mesh(tmp_path / "init.ply")
+    verdict = burin.check(burin.load_scene(tmp_path), vertices, faces)
+    assert verdict["verdict"] == "good" and verdict["E"] > 0.8 and len(verdict["views"]) == 7
+    cameras = tmp_path / "sparse" / "cameras.txt"
+    cameras.write_text(cameras.read_text().replace("162.24 118.56", "0 0"))
+    wrong = burin.load_scene(tmp_path)
+    assert burin.check(wrong, vertices, faces)["verdict"] == "wrong"
+    with pytest.warns(RuntimeWarning, match="this cannot be right: .*the input mesh is the result"):
+        result = burin.refine(wrong, vertices, faces, SMALL)
+    assert numpy.array_equal(result.vertices, vertices)
+    assert result.summary["verdict"]["verdict"] == "wrong"
+
+
 def test_a_scene_from_arrays_is_the_scene(scene, mesh):
     views = range(len(scene))
     same = burin.Scene(scene.names, [scene.image(v) for v in views],

@@ -1,0 +1,88 @@
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "apps/commands/command.h"
+#include "apps/commands/commands.h"
+#include "apps/run/judged_scene.h"
+#include "apps/run/output_folder.h"
+#include "apps/run/run_output.h"
+#include "apps/run/scene_arguments.h"
+#include "apps/run/verdict_output.h"
+#include "core/evidence/offset_picture.h"
+#include "core/evidence/verdict.h"
+#include "core/image/picture.h"
+#include "core/mesh/mesh_io.h"
+#include "core/support/atomic_file.h"
+#include "core/support/json_file.h"
+#include "core/support/parallel.h"
+#include "selection/pair_selection.h"
+
+namespace burin {
+namespace {
+
+struct CheckOptions {
+  PairsOptions pairs;
+  int threads = 0;
+  void Describe(OptionSet* set) {
+    pairs.Describe(set);
+    set->Add("run.threads", &threads, "Threads; 0 = all cores. Results do not depend on it", 0,
+             4096);
+  }
+};
+
+struct CheckCommand {
+  CheckOptions options;
+  OptionSet set;
+  SceneArguments source;
+  std::string mesh_path;
+  std::string output_path;
+  bool json = false;
+  void Run() const;
+};
+
+void CheckCommand::Run() const {
+  options.pairs.Check();
+  const ThreadScope threads(options.threads);
+  std::optional<OutputFolder> output;
+  if (!output_path.empty()) output.emplace(output_path);
+  const TriangleMesh mesh = ReadMesh(mesh_path);
+  const Scene scene = LoadScene(source.Source());
+  CheckMeshIsSeen(scene, mesh, mesh_path);
+  PairSelection selection;
+  double seconds = 0;
+  const SceneVerdict verdict = SelectAndJudge(scene, mesh, options.pairs, &selection, &seconds);
+  const std::string document = JsonText(VerdictJson(verdict, scene, {}));
+  if (output.has_value()) {
+    WritePicture(output->path() / "offsets.png", OffsetPicture(verdict, scene));
+    WriteTextAtomically(output->path() / "verdict.json", document);
+  }
+  std::cout << (json ? document : VerdictText(verdict, scene));
+  if (verdict.verdict == Verdict::kWrong) {
+    std::cout.flush();
+    throw CannotBeRight("this cannot be right: " + verdict.reason);
+  }
+}
+
+}  // namespace
+
+void AddCheckCommand(Program* program) {
+  Command command =
+      program->Add("check", "say whether cameras, photographs and mesh fit each other");
+  const auto state = std::make_shared<CheckCommand>();
+  state->options.Describe(&state->set);
+  command.Scene(&state->source, /*photographs=*/true)[0].Required();
+  command
+      .Text("--mesh", "FILE (required)", &state->mesh_path, "mesh to start from: PLY, OBJ or OFF")
+      .Required();
+  command.Text("--output", "DIR", &state->output_path,
+               "folder for offsets.png, a picture of the offsets by view, and verdict.json");
+  command.Flag("--json", &state->json, "print JSON");
+  command.Options(&state->set);
+  command.OnRun([state] { state->Run(); });
+}
+
+}  // namespace burin

@@ -1,0 +1,136 @@
+#include "apps/run/judged_scene.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "apps/run/turned_axes.h"
+#include "core/support/error.h"
+#include "core/support/parallel.h"
+#include "core/support/stopwatch.h"
+
+namespace burin {
+namespace {
+
+// New index of every view, -1 for one that is left out.
+std::vector<int> IndexWithout(const Scene& scene, const std::vector<std::string>& names) {
+  std::vector<int> index;
+  int next = 0;
+  for (const View& view : scene.views) {
+    const bool out = std::find(names.begin(), names.end(), view.name) != names.end();
+    index.push_back(out ? -1 : next++);
+  }
+  return index;
+}
+
+// The scene without the views of index -1.
+Scene WithoutViews(const Scene& scene, const std::vector<int>& index) {
+  Scene without;
+  for (size_t v = 0; v < scene.views.size(); ++v) {
+    if (index[v] >= 0) without.views.push_back(scene.views[v]);
+  }
+  for (const ScenePoint& point : scene.points) {
+    ScenePoint kept{point.position, {}};
+    for (const int view : point.views) {
+      if (index[view] >= 0) kept.views.push_back(index[view]);
+    }
+    without.points.push_back(std::move(kept));
+  }
+  return without;
+}
+
+std::vector<CameraPair> Renamed(const std::vector<CameraPair>& pairs,
+                                const std::vector<int>& index) {
+  std::vector<CameraPair> renamed;
+  for (const CameraPair& pair : pairs) {
+    if (index[pair.reference] < 0 || index[pair.second] < 0) continue;
+    renamed.push_back({index[pair.reference], index[pair.second]});
+  }
+  return renamed;
+}
+
+// A file names the pairs of all views: those of the others are used as they are.
+PairSelection SelectionWithout(const PairSelection& selection, const std::vector<int>& index) {
+  PairSelection without = selection;
+  without.pairs = Renamed(selection.pairs, index);
+  without.initial_pairs = without.pairs;
+  without.held_back = Renamed(selection.held_back, index);
+  if (without.pairs.empty()) {
+    throw InputError("no camera pair: every pair of pairs.file has a view that does not fit");
+  }
+  return without;
+}
+
+}  // namespace
+
+SceneVerdict SelectAndJudge(const Scene& scene, const TriangleMesh& mesh,
+                            const PairsOptions& options, PairSelection* selection,
+                            double* seconds) {
+  const auto hint = [&] {
+    const std::string turned = TurnedAxes(scene, mesh, options);
+    return turned.empty() ? "" : "; " + turned;
+  };
+  try {
+    *selection = SelectPairs(scene, mesh, options);
+  } catch (const InputError& error) {
+    throw InputError(error.what() + hint());
+  }
+  const Stopwatch watch;
+  SceneVerdict verdict = JudgeScene(scene, mesh, selection->pairs);
+  *seconds = watch.Seconds();
+  if (verdict.verdict == Verdict::kWrong) verdict.reason += hint();
+  return verdict;
+}
+
+JudgedScene SelectWithout(const Scene& scene, const TriangleMesh& mesh,
+                          const PipelineOptions& options, std::vector<std::string> left_out) {
+  const std::vector<int> index = IndexWithout(scene, left_out);
+  JudgedScene judged;
+  judged.left_out = std::move(left_out);
+  judged.scene = WithoutViews(scene, index);
+  judged.selection = options.pairs.method == PairsMethod::kFile
+                         ? SelectionWithout(SelectPairs(scene, mesh, options.pairs), index)
+                         : SelectPairs(judged.scene, mesh, options.pairs);
+  return judged;
+}
+
+JudgedScene JudgeAndSelect(const Scene& scene, const TriangleMesh& mesh,
+                           const PipelineOptions& options) {
+  const ThreadScope threads(options.threads);
+  const VerdictOptions& wanted = options.verdict;
+  JudgedScene judged;
+  judged.scene = scene;
+  if (wanted.action == VerdictAction::kOff) {
+    judged.selection = SelectPairs(scene, mesh, options.pairs);
+    return judged;
+  }
+  judged.judged = true;
+  judged.verdict = SelectAndJudge(scene, mesh, options.pairs, &judged.selection, &judged.seconds);
+  if (judged.verdict.verdict == Verdict::kWrong) {
+    judged.stop = wanted.action == VerdictAction::kStop;
+    if (!judged.stop) judged.lines.push_back("this cannot be right: " + judged.verdict.reason);
+    return judged;
+  }
+  if (judged.verdict.verdict == Verdict::kCannotTell) {
+    judged.lines.push_back("cannot tell whether cameras, photographs and mesh fit: " +
+                           judged.verdict.reason);
+  }
+  const bool leave_out = wanted.misfit == ViewMisfit::kLeaveOut;
+  for (const int view : judged.verdict.misfits) {
+    const std::string& name = scene.views[view].name;
+    if (leave_out) judged.left_out.push_back(name);
+    if (wanted.misfit != ViewMisfit::kKeep) {
+      judged.lines.push_back(name + " does not fit the other views" +
+                             (leave_out ? ", left out (scene.misfit)" : ""));
+    }
+  }
+  if (judged.verdict.misfits.empty() && judged.verdict.verdict == Verdict::kDoubtful) {
+    judged.lines.push_back("doubtful: " + judged.verdict.reason);
+  }
+  if (judged.left_out.empty()) return judged;
+  JudgedScene without = SelectWithout(scene, mesh, options, judged.left_out);
+  judged.scene = std::move(without.scene);
+  judged.selection = std::move(without.selection);
+  return judged;
+}
+
+}  // namespace burin

@@ -1,0 +1,40 @@
+// What is done about the verdict on a scene (core/evidence/verdict.h) before it is refined: views that do
+// not fit are left out, and what cannot be right is not refined.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "apps/run/pipeline.h"
+#include "core/evidence/verdict.h"
+#include "core/mesh/mesh.h"
+#include "core/scene/scene.h"
+#include "selection/pair_selection.h"
+
+namespace burin {
+
+struct JudgedScene {
+  Scene scene;  // without the views that are left out; pixels are shared with the one given
+  PairSelection selection;            // of it
+  SceneVerdict verdict;               // on the scene given, with its indices of views
+  std::vector<std::string> left_out;  // names
+  std::vector<std::string> lines;     // to be said
+  bool judged = false;                // verdict.action is not off
+  bool stop = false;                  // it cannot be right, and verdict.action is stop
+  double seconds = 0;                 // of the verdict alone
+};
+
+// Selects pairs, judges scene and mesh by them, and leaves out views. Throws as SelectPairs does.
+JudgedScene JudgeAndSelect(const Scene& scene, const TriangleMesh& mesh,
+                           const PipelineOptions& options);
+
+// SelectPairs and JudgeScene. What is wrong with the mesh, or that no pair sees it, comes with the rotation by
+// which it would fit (apps/run/turned_axes.h).
+SceneVerdict SelectAndJudge(const Scene& scene, const TriangleMesh& mesh,
+                            const PairsOptions& options, PairSelection* selection, double* seconds);
+
+// JudgeAndSelect without judging, the views of these names left out.
+JudgedScene SelectWithout(const Scene& scene, const TriangleMesh& mesh,
+                          const PipelineOptions& options, std::vector<std::string> left_out);
+
+}  // namespace burin
