@@ -1,4 +1,4 @@
-// Judges whether a level of the refinement improved the mesh. It uses data that the level did not see:
+// Judges whether a level of the refinement improved the mesh, and each of its parts. It uses data that the level did not see:
 // camera pairs that were not used or, where there are none, small squares left out of the images.
 //
 // The mesh before and the mesh after the level have the same facets. The score of a facet is
@@ -31,10 +31,15 @@ struct HeldBackVerdict {
   bool Worse() const { return batches >= 8 && after - before > 2 * standard_error; }
 };
 
-// By facet; neighbouring facets have neighbouring indices.
+// Of the facets listed; neighbouring ones stand beside each other in the list.
+HeldBackVerdict CompareScores(const std::vector<FacetScore>& before,
+                              const std::vector<FacetScore>& after, const std::vector<int>& facets);
+// Of all facets.
 HeldBackVerdict CompareScores(const std::vector<FacetScore>& before,
                               const std::vector<FacetScore>& after);
 
+// A connected component of the mesh is undone when it is worse by itself, however large the others are; all of
+// the mesh when what is left is worse, or has no window to judge it by.
 class HeldBackJudge : public LevelJudge {
  public:
   // By `pairs`; where there are none, by squares, which `photometric` holds back then. It is a term of

@@ -38,7 +38,7 @@ struct PatchSystem {
 
 class PatchCost : public ceres::CostFunction {
  public:
-  // The round must outlive the cost. `vertex` must be supported.
+  // The round must outlive the cost. `vertex` must have a facet.
   PatchCost(const PhotometricRound* round, int vertex);
 
   // Vertices in the order of the parameter blocks; the first is the patch's own.

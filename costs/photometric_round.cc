@@ -33,19 +33,30 @@ void PhotometricRound::FinishFreeze() {
 void PhotometricRound::AddResiduals(ceres::Problem* problem, RoundParameters* parameters) {
   parameters_ = parameters;
   std::vector<Eigen::Vector3d>& vertices = parameters->vertices;
-  std::vector<int> supported;
+  std::vector<int> seen;
   for (size_t v = 0; v < vertices.size(); ++v) {
-    if (context_.supported[v] != 0) supported.push_back(static_cast<int>(v));
+    if (context_.seen[v] != 0) seen.push_back(static_cast<int>(v));
   }
-  patches_.resize(supported.size());
-  ParallelFor(static_cast<int>(supported.size()), kPatchGrain, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k) patches_[k] = new PatchCost(this, supported[k]);
+  patches_.resize(seen.size());
+  ParallelFor(static_cast<int>(seen.size()), kPatchGrain, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) patches_[k] = new PatchCost(this, seen[k]);
   });
   std::vector<double*> blocks;
   for (PatchCost* cost : patches_) {
     blocks.clear();
     for (int block : cost->blocks()) blocks.push_back(vertices[block].data());
     problem->AddResidualBlock(cost, nullptr, blocks);
+  }
+}
+
+void PhotometricRound::MarkSupported(const std::vector<Eigen::Vector3d>& vertices,
+                                     std::vector<char>* supported) {
+  Evaluate(vertices, /*derivatives=*/true);
+  for (size_t f = 0; f < context_.mesh->faces.size(); ++f) {
+    // Every tap has a share of its window's cost (costs/patch_cost.h), 1 - z > 0.
+    const CornerSums* corners = &output_.sums[3 * f];
+    if (corners[0].cost + corners[1].cost + corners[2].cost <= 0) continue;
+    for (const int v : context_.mesh->faces[f]) (*supported)[v] = 1;
   }
 }
 

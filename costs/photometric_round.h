@@ -40,6 +40,9 @@ class PhotometricRound : public TermRound, public ceres::EvaluationCallback {
 
   void AddResiduals(ceres::Problem* problem, RoundParameters* parameters) override;
   void FinishFreeze() override;  // the masks
+  // The vertices of facets with a tap of a window that counts. An evaluation, which is remembered.
+  void MarkSupported(const std::vector<Eigen::Vector3d>& vertices,
+                     std::vector<char>* supported) override;
   ceres::EvaluationCallback* Callback() override { return this; }
   int64_t EvaluationCount() const override { return evaluations_; }
   void Forget() override;

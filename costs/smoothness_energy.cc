@@ -15,11 +15,14 @@ class SmoothnessRound : public TermRound {
   SmoothnessRound(const SmoothnessOptions& options, const RoundContext& context)
       : options_(options), context_(context) {}
   void AddResiduals(ceres::Problem* problem, RoundParameters* parameters) override;
+  void SupportIsKnown() override;
 
  private:
   Stencil MakeStencil(int v) const;
   const SmoothnessOptions options_;
   const RoundContext& context_;
+  std::vector<Stencil> stencils_;    // by vertex; empty once the support is known
+  std::vector<StencilCost*> costs_;  // by vertex, null where there is none; owned by the problem
 };
 
 Stencil SmoothnessRound::MakeStencil(int v) const {
@@ -37,31 +40,38 @@ void SmoothnessRound::AddResiduals(ceres::Problem* problem, RoundParameters* par
   if (options_.type == SmoothnessType::kNone || options_.weight == 0) return;
   std::vector<Eigen::Vector3d>& vertices = parameters->vertices;
   const auto count = static_cast<int>(vertices.size());
-  std::vector<Stencil> stencils(count);
-  std::vector<StencilCost*> costs(count, nullptr);
+  stencils_.resize(count);
+  costs_.assign(count, nullptr);
   ParallelFor(count, kVertexGrain, [&](int begin, int end) {
     for (int v = begin; v < end; ++v) {
-      stencils[v] = MakeStencil(v);
-      if (stencils[v].vertex.empty()) continue;
+      stencils_[v] = MakeStencil(v);
+      if (stencils_[v].vertex.empty()) continue;
       double edge_length = 0;
       for (const int* n = context_.neighbors.Begin(v); n != context_.neighbors.End(v); ++n) {
         edge_length += (vertices[*n] - vertices[v]).norm();
       }
       edge_length /= context_.neighbors.Degree(v);
       if (!(edge_length > 0)) continue;
-      const Eigen::Vector3d target = context_.was_supported[v] != 0 ? Eigen::Vector3d::Zero().eval()
-                                                                    : Apply(stencils[v], vertices);
-      costs[v] = new StencilCost(stencils[v].coefficient, std::sqrt(options_.weight) / edge_length,
-                                 target);
+      costs_[v] =
+          new StencilCost(stencils_[v].coefficient, std::sqrt(options_.weight) / edge_length);
     }
   });
   std::vector<double*> blocks;
   for (int v = 0; v < count; ++v) {
-    if (costs[v] == nullptr) continue;
+    if (costs_[v] == nullptr) continue;
     blocks.clear();
-    for (int vertex : stencils[v].vertex) blocks.push_back(vertices[vertex].data());
-    problem->AddResidualBlock(costs[v], nullptr, blocks);
+    for (int vertex : stencils_[v].vertex) blocks.push_back(vertices[vertex].data());
+    problem->AddResidualBlock(costs_[v], nullptr, blocks);
   }
+}
+
+void SmoothnessRound::SupportIsKnown() {
+  for (size_t v = 0; v < costs_.size(); ++v) {
+    if (costs_[v] == nullptr || context_.moves[v] != 0) continue;
+    costs_[v]->SetTarget(Apply(stencils_[v], context_.mesh->vertices));
+  }
+  stencils_ = {};
+  costs_ = {};
 }
 
 }  // namespace

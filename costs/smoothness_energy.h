@@ -6,9 +6,8 @@
 // integral of |Laplace(u)|^2 over the surface: it has no unit and hardly depends on how finely the mesh is
 // cut. (For the bi-Laplacian it does depend on that.)
 //
-// A vertex that no pair has seen, in this round or an earlier one, keeps its shape instead: its target is
-// L V at the start of the round. So what nobody sees follows its surroundings and neither shrinks nor
-// flattens. core/refine/hidden_folds.h is about what was seen and no longer is.
+// A vertex that the round has no evidence for (RoundContext::moves) keeps its shape instead: its target is
+// L V at the start of the round. So it follows its surroundings and neither shrinks nor flattens.
 #pragma once
 
 #include <memory>

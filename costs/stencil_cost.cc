@@ -95,11 +95,13 @@ Eigen::Vector3d Apply(const Stencil& stencil, const std::vector<Eigen::Vector3d>
 
 StencilCost::StencilCost(std::vector<double> coefficients, double scale,
                          const Eigen::Vector3d& target)
-    : coefficients_(std::move(coefficients)), offset_(-scale * target) {
+    : coefficients_(std::move(coefficients)), scale_(scale), offset_(-scale * target) {
   for (double& c : coefficients_) c *= scale;
   set_num_residuals(3);
   mutable_parameter_block_sizes()->assign(coefficients_.size(), 3);
 }
+
+void StencilCost::SetTarget(const Eigen::Vector3d& target) { offset_ = -scale_ * target; }
 
 bool StencilCost::Evaluate(double const* const* parameters, double* residuals,
                            double** jacobians) const {

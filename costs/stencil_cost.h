@@ -42,12 +42,14 @@ class StencilCost : public ceres::CostFunction {
  public:
   StencilCost(std::vector<double> coefficients, double scale,
               const Eigen::Vector3d& target = Eigen::Vector3d::Zero());
+  void SetTarget(const Eigen::Vector3d& target);  // b
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
  private:
   std::vector<double> coefficients_;  // already multiplied by the scale
-  Eigen::Vector3d offset_;            // -s * b
+  const double scale_;
+  Eigen::Vector3d offset_;  // -s * b
 };
 
 }  // namespace burin

@@ -106,7 +106,7 @@ TEST(Guard, AnUndoneLevelLeavesTheSurfaceOfItsStart) {
       EXPECT_NE(before_.vertices, after.vertices);
       EXPECT_EQ((*last.held_back)[2].seconds, std::vector<int>{5});
       EXPECT_GT((*last.held_back)[2].pair_pixels[0], 1000);
-      return {true, "no"};
+      return {std::vector<char>(after.vertices.size(), 1), "no"};
     }
 
    private:
@@ -133,9 +133,9 @@ class Says : public LevelJudge {
   const std::vector<CameraPair>& HeldBackPairs() const override { return pairs_; }
   void BeginLevel(const RoundContext& /*first*/, const TermRounds& /*terms*/) override {}
   LevelVerdict EndLevel(const RoundContext& last, const TermRounds& /*terms*/,
-                        const TriangleMesh& /*after*/) override {
+                        const TriangleMesh& after) override {
     EXPECT_NE(last.held_back, nullptr);
-    return {worse_, "said"};
+    return {std::vector<char>(after.vertices.size(), worse_ ? 1 : 0), "said"};
   }
 
  private:

@@ -18,15 +18,15 @@ struct Bulge {
   void Update() {
     context.neighbors = VertexNeighbors(mesh, VertexFaces(mesh));
     context.boundary = BoundaryVertices(mesh, VertexFaces(mesh));
-    context.supported.assign(mesh.vertices.size(), 1);
-    context.was_supported.assign(mesh.vertices.size(), 1);
+    context.seen.assign(mesh.vertices.size(), 1);
+    context.moves.assign(mesh.vertices.size(), 1);
   }
   bool Inside(const Eigen::Vector3d& p) const {
     return std::max(std::abs(p.x()), std::abs(p.y())) < 0.6;
   }
   void Hide() {
     for (size_t v = 0; v < mesh.vertices.size(); ++v) {
-      if (Inside(mesh.vertices[v])) context.supported[v] = 0;
+      if (Inside(mesh.vertices[v])) context.seen[v] = 0;
     }
   }
   TriangleMesh mesh;
@@ -39,7 +39,7 @@ TEST(HiddenFolds, BecomeTheMembraneOverTheirRim) {
   const TriangleMesh before = bulge.mesh;
   EXPECT_EQ(RelaxHiddenFolds(bulge.context, 500, &bulge.mesh), 25);
   for (size_t v = 0; v < before.vertices.size(); ++v) {
-    if (bulge.context.supported[v] != 0) {
+    if (bulge.context.seen[v] != 0) {
       EXPECT_EQ(bulge.mesh.vertices[v], before.vertices[v]);
     } else {
       EXPECT_NEAR(bulge.mesh.vertices[v].z(), 0, 1e-9);  // the rim is in the plane z = 0
@@ -52,7 +52,7 @@ TEST(HiddenFolds, WhatIsSeenOrNeverWasStays) {
   const TriangleMesh before = bulge.mesh;
   EXPECT_EQ(RelaxHiddenFolds(bulge.context, 10, &bulge.mesh), 0);
   bulge.Hide();
-  bulge.context.was_supported = bulge.context.supported;
+  bulge.context.moves = bulge.context.seen;
   EXPECT_EQ(RelaxHiddenFolds(bulge.context, 10, &bulge.mesh), 0);
   EXPECT_EQ(bulge.mesh.vertices, before.vertices);
 }
@@ -62,7 +62,7 @@ TEST(HiddenFolds, BordersShortenAlongThemselves) {
   const int middle = 4;  // of the border row y = -1
   ASSERT_NE(bulge.context.boundary[middle], 0);
   bulge.mesh.vertices[middle] += Eigen::Vector3d(0.05, -0.3, 0.2);
-  bulge.context.supported[middle] = 0;
+  bulge.context.seen[middle] = 0;
   EXPECT_EQ(RelaxHiddenFolds(bulge.context, 1, &bulge.mesh), 1);
   EXPECT_NEAR((bulge.mesh.vertices[middle] - Eigen::Vector3d(0, -1, 0)).norm(), 0, 1e-12);
 }
@@ -73,7 +73,7 @@ TEST(HiddenFolds, PartsThatHangOnNothingStay) {
   test::AppendGrid(&bulge.mesh, 3, 5, 5, 1.0, [](double x, double y) { return x * y; });
   bulge.Update();
   bulge.Hide();
-  for (size_t v = first; v < bulge.mesh.vertices.size(); ++v) bulge.context.supported[v] = 0;
+  for (size_t v = first; v < bulge.mesh.vertices.size(); ++v) bulge.context.seen[v] = 0;
   const TriangleMesh before = bulge.mesh;
   EXPECT_EQ(RelaxHiddenFolds(bulge.context, 10, &bulge.mesh), 25);
   for (size_t v = first; v < bulge.mesh.vertices.size(); ++v) {

@@ -205,7 +205,7 @@ TEST(Refinement, UnknownsAreThoseOfTheVerticesThatMove) {
       const RoundContext& context = *round.context;
       int moving = 0;
       for (size_t v = 0; v < context.normals.size(); ++v) {
-        if (context.was_supported[v] != 0 && !context.normals[v].isZero()) ++moving;
+        if (context.moves[v] != 0 && !context.normals[v].isZero()) ++moving;
       }
       EXPECT_EQ(round.unknowns, motion == Motion::kFree ? 3 * moving : moving);
       ++rounds;

@@ -263,9 +263,11 @@ void RefineCommand::Run() {
   };
   parts.observers.on_level = [&](const LevelSummary& level, const TriangleMesh& now) {
     if (!level.reached_bound) progress.Line(UnsplitText(level));
-    if (level.interrupted) {
+    if (level.left_out) {
+      progress.Line(LeftOutText(level));
+    } else if (level.interrupted) {
       progress.Line(InterruptedText(level));
-    } else if (level.undone) {
+    } else if (level.undone_vertices > 0) {
       progress.Line(UndoneText(level));
     }
     if (!level_meshes || level.interrupted) return;

@@ -27,6 +27,14 @@ std::string ScoreText(const LevelSummary& level) {
   return text.str();
 }
 
+// Why a level was undone.
+std::string Disagreement(const LevelSummary& level, const std::string& when) {
+  if (level.held_back["windows"].get<double>() <= 0) {
+    return "photographs held back show nothing of the mesh to judge it by";
+  }
+  return "photographs held back agree less with the mesh " + when + ", " + ScoreText(level);
+}
+
 }  // namespace
 
 std::string EventText(const RefinementEvent& event) {
@@ -81,19 +89,22 @@ std::string UnsplitText(const LevelSummary& level) {
   return text.str();
 }
 
+std::string LeftOutText(const LevelSummary& level) {
+  return LevelName(level) + " left out: no window of any pair is whole there";
+}
+
 std::string UndoneText(const LevelSummary& level) {
-  return LevelName(level) + " undone: photographs held back agree less with the mesh after it, " +
-         ScoreText(level);
+  if (level.undone) return LevelName(level) + " undone: " + Disagreement(level, "after it");
+  return LevelName(level) + ": parts of the mesh set back, " +
+         std::to_string(level.undone_vertices) +
+         " vertices: photographs held back agree less with them";
 }
 
 std::string InterruptedText(const LevelSummary& level) {
   const std::string name =
       LevelName(level) + " cut short in round " + std::to_string(level.rounds.back().round + 1);
   if (level.held_back.is_null()) return name + ", not judged (guard.levels is off)";
-  if (level.undone) {
-    return name + " and undone: photographs held back agree less with the mesh so far, " +
-           ScoreText(level);
-  }
+  if (level.undone) return name + " and undone: " + Disagreement(level, "so far");
   return name + ", kept: photographs held back do not agree less with the mesh so far, " +
          ScoreText(level);
 }

@@ -17,6 +17,8 @@ std::string RoundText(const RoundContext& context, const TriangleMesh& mesh,
                       const RoundSummary& round);
 // Of a level whose splitting was stopped.
 std::string UnsplitText(const LevelSummary& level);
+std::string LeftOutText(const LevelSummary& level);
+// Of a level that was undone, or parts of it.
 std::string UndoneText(const LevelSummary& level);
 // What became of the part of a level that was done when the run was stopped.
 std::string InterruptedText(const LevelSummary& level);

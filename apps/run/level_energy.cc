@@ -59,6 +59,7 @@ struct LevelEnergy::Impl {
     terms.emplace(std::vector<EnergyTerm*>{&photometric, &smoothness}, context);
     parameters.vertices = mesh.vertices;
     round = std::make_unique<RoundProblem>(*terms, context, &parameters);
+    round->SupportIsKnown();
     round->task.pixel = std::ldexp(1.0, level);
     equations = std::make_unique<NormalEquations>(
         round->task.problem, round->task.evaluation_callback, round->task.blocks);

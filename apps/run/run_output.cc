@@ -131,7 +131,9 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
     entry["reached_bound"] = level.reached_bound;
     entry["seconds"] = {{"images", level.image_seconds}, {"subdivide", level.subdivide_seconds}};
     entry["held_back"] = level.held_back;
+    entry["left_out"] = level.left_out;
     entry["undone"] = level.undone;
+    entry["undone_vertices"] = level.undone_vertices;
     entry["interrupted"] = level.interrupted;
     entry["rounds"] = nlohmann::ordered_json::array();
     for (const RoundSummary& round : level.rounds) {

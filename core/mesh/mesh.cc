@@ -2,8 +2,10 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <numeric>
 
 #include "core/support/parallel.h"
+#include "core/support/union_find.h"
 
 namespace burin {
 namespace {
@@ -118,6 +120,27 @@ Eigen::AlignedBox3d BoundingBox(const TriangleMesh& mesh) {
 
 double BoundingDiagonal(const TriangleMesh& mesh) {
   return mesh.vertices.empty() ? 0.0 : BoundingBox(mesh).diagonal().norm();
+}
+
+std::vector<std::vector<int>> ConnectedComponents(const TriangleMesh& mesh) {
+  std::vector<int> parent(mesh.vertices.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  for (const Eigen::Vector3i& face : mesh.faces) {
+    for (int c = 0; c < 3; ++c) {
+      parent[FindRoot(&parent, face[c])] = FindRoot(&parent, face[(c + 1) % 3]);
+    }
+  }
+  std::vector<std::vector<int>> components;
+  std::vector<int> index(mesh.vertices.size(), -1);  // by root
+  for (size_t f = 0; f < mesh.faces.size(); ++f) {
+    int& component = index[FindRoot(&parent, mesh.faces[f][0])];
+    if (component < 0) {
+      component = static_cast<int>(components.size());
+      components.emplace_back();
+    }
+    components[component].push_back(static_cast<int>(f));
+  }
+  return components;
 }
 
 }  // namespace burin

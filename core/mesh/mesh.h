@@ -38,6 +38,9 @@ std::vector<Eigen::Vector3d> VertexNormals(const TriangleMesh& mesh, const Adjac
 // Vertices on an edge that has one face only (true = on the boundary).
 std::vector<char> BoundaryVertices(const TriangleMesh& mesh, const Adjacency& faces);
 
+// The facets that hang together through common vertices: ascending lists, by their first facets.
+std::vector<std::vector<int>> ConnectedComponents(const TriangleMesh& mesh);
+
 // Axis-aligned bounding box of the vertices that a face has, or of all where there is no face; empty for
 // an empty mesh.
 Eigen::AlignedBox3d BoundingBox(const TriangleMesh& mesh);

@@ -80,26 +80,22 @@ MeshReport CheckMesh(const TriangleMesh& mesh) {
 
   std::vector<std::array<int, 3>> triples;
   triples.reserve(mesh.faces.size());
-  std::vector<int> parent(mesh.vertices.size());
-  std::iota(parent.begin(), parent.end(), 0);
   std::vector<char> referenced(mesh.vertices.size(), 0);
   for (size_t f = 0; f < mesh.faces.size(); ++f) {
     const Eigen::Vector3i& face = mesh.faces[f];
     std::array<int, 3> triple = {face[0], face[1], face[2]};
     std::sort(triple.begin(), triple.end());
     triples.push_back(triple);
-    for (int c = 0; c < 3; ++c) {
-      referenced[face[c]] = 1;
-      parent[FindRoot(&parent, face[c])] = FindRoot(&parent, face[(c + 1) % 3]);
-    }
+    for (int c = 0; c < 3; ++c) referenced[face[c]] = 1;
     report.degenerate_face_count += HasZeroArea(mesh, static_cast<int>(f));
   }
   std::sort(triples.begin(), triples.end());
   report.duplicate_face_count = CountRepeats(triples);
   for (size_t v = 0; v < mesh.vertices.size(); ++v) {
     report.unreferenced_vertex_count += !referenced[v];
-    report.component_count += referenced[v] && parent[v] == static_cast<int>(v);
   }
+
+  report.component_count = static_cast<int>(ConnectedComponents(mesh).size());
 
   const std::vector<EdgeUse> uses = SortedEdgeUses(mesh);
   for (size_t begin = 0; begin < uses.size();) {

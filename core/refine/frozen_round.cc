@@ -61,7 +61,6 @@ RoundProblem::RoundProblem(const TermRounds& terms, const RoundContext& context,
 }
 
 void RoundProblem::Build(RoundParameters* parameters) {
-  const RoundContext& context = *task.context;
   size_t known = 0;
   std::vector<ceres::ResidualBlockId> blocks;
   for (const auto& [term, round] : terms_) {
@@ -72,14 +71,18 @@ void RoundProblem::Build(RoundParameters* parameters) {
                                                           blocks.end()));
     known = blocks.size();
   }
-  std::vector<Eigen::Vector3d>& vertices = parameters->vertices;
+}
+
+void RoundProblem::SupportIsKnown() {
+  const RoundContext& context = *task.context;
+  for (const auto& [term, round] : terms_) round->SupportIsKnown();
+  std::vector<Eigen::Vector3d>& vertices = *task.vertices;
   lines_.reserve(vertices.size());  // their addresses stay
   for (size_t v = 0; v < vertices.size(); ++v) {
     double* block = vertices[v].data();
     if (!problem_->HasParameterBlock(block)) continue;
     task.blocks.push_back(block);
-    // core/refine/unseen_extension.h carries what was never seen along after the solve.
-    if (context.normals[v].isZero() || context.was_supported[v] == 0) {
+    if (context.normals[v].isZero() || context.moves[v] == 0) {
       problem_->SetParameterBlockConstant(block);
       continue;
     }

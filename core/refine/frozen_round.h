@@ -55,15 +55,18 @@ struct FrozenRound {
   std::function<RoundTrial(const std::string& strategy, const OnProgress& on_progress)> solve;
 };
 
-// The problem of a round: every term's residuals, vertices on their lines where they move along normals.
-// What the terms have left to freeze is made while Ceres builds its tree. `terms`, `context` and
-// `parameters` must outlive it.
+// The problem of a round: every term's residuals, and after SupportIsKnown() vertices on their lines where
+// they move along normals, and constant where they do not. What the terms have left to freeze is made while
+// Ceres builds its tree. `terms`, `context` and `parameters` must outlive it.
 class RoundProblem {
  public:
   RoundProblem(const TermRounds& terms, const RoundContext& context, RoundParameters* parameters);
   ~RoundProblem();
   RoundProblem(const RoundProblem&) = delete;
   RoundProblem& operator=(const RoundProblem&) = delete;
+
+  // The context's `supported` and `moves` are final. To be called once, before anything below.
+  void SupportIsKnown();
 
   int Unknowns() const;  // of the vertices that may move
   // At the vertices' current positions, and their "total".

@@ -8,10 +8,11 @@
 
 #include "core/mesh/mesh_order.h"
 #include "core/mesh/subdivide.h"
+#include "core/refine/carry.h"
 #include "core/refine/hidden_folds.h"
 #include "core/refine/local_guard.h"
 #include "core/refine/round.h"
-#include "core/refine/unseen_extension.h"
+#include "core/refine/support.h"
 #include "core/support/error.h"
 #include "core/support/stopwatch.h"
 
@@ -21,13 +22,11 @@ namespace {
 // Enough for folds of some tens of vertices across; each round adds its own.
 constexpr int kRelaxSweeps = 100;
 
-// Adds what this round sees to what earlier ones saw, in the state and in the context.
-void AddToSupport(const MeshOrder& order, std::vector<char>* was_supported, RoundContext* context) {
-  for (size_t v = 0; v < order.vertex.size(); ++v) {
-    char& was = (*was_supported)[order.vertex[v]];
-    was = static_cast<char>(was | context->supported[v]);
-    context->was_supported[v] = was;
-  }
+// No other level has moved anything.
+bool IsFirst(const std::vector<LevelSummary>& levels, int level) {
+  return std::all_of(levels.begin(), levels.end(), [&](const LevelSummary& other) {
+    return other.level == level || other.left_out || other.undone;
+  });
 }
 
 }  // namespace
@@ -52,19 +51,28 @@ void Level::Run(RefinementState* state, RefinementProgress* progress) {
   state->summary.levels.back().image_seconds += image_seconds_;
   mesh_ = Ordered(state->mesh, state->order);
   if (state->round > 0) ShowJudgeTheStart(*state);
-  const int rounds = task_.options.level.RoundsAt(level_);
+  const int rounds = Rounds(*state);
+  progress->RoundsSpared(level_, task_.options.level.RoundsAt(level_) - rounds);
   while (state->round < rounds) {
-    RunRound(state, progress);
+    if (!RunRound(state, progress)) {
+      progress->RoundsSpared(level_, rounds - state->round);
+      break;
+    }
     state->summary.seconds = progress->Seconds();
     if (progress->stopped()) break;
     ++state->round;
     if (state->round < rounds && task_.observers.on_state) task_.observers.on_state(*state);
   }
-  state->summary.levels.back().interrupted = progress->stopped();
-  Judge(state);
-  if (task_.observers.on_level) {
-    task_.observers.on_level(state->summary.levels.back(), task_.world.ToWorld(state->mesh));
-  }
+  LevelSummary& summary = state->summary.levels.back();
+  summary.left_out = summary.rounds.empty();
+  summary.interrupted = progress->stopped();
+  if (!summary.left_out) Judge(state);
+  if (task_.observers.on_level) task_.observers.on_level(summary, task_.world.ToWorld(state->mesh));
+}
+
+int Level::Rounds(const RefinementState& state) const {
+  const bool late = level_ != task_.first_level && IsFirst(state.summary.levels, level_);
+  return task_.options.level.RoundsAt(level_) + (late ? task_.options.level.extra_rounds : 0);
 }
 
 void Level::CutMesh(RefinementState* state) {
@@ -103,7 +111,7 @@ void Level::CutMesh(RefinementState* state) {
   level.reached_bound = split.reached_bound;
 }
 
-std::unique_ptr<Level::Frozen> Level::Freeze(bool hold_back) const {
+std::unique_ptr<Level::Frozen> Level::Freeze(const RefinementState& state, bool hold_back) const {
   hold_back &= task_.parts.judge != nullptr;
   auto frozen = std::make_unique<Frozen>();
   frozen->context = FreezeRound(
@@ -111,7 +119,7 @@ std::unique_ptr<Level::Frozen> Level::Freeze(bool hold_back) const {
       &frozen->domains, hold_back ? task_.parts.judge->HeldBackPairs() : std::vector<CameraPair>(),
       hold_back ? &frozen->held_back : nullptr);
   frozen->context.level = level_;
-  frozen->context.first_level = level_ == task_.first_level;
+  frozen->context.first_level = IsFirst(state.summary.levels, level_);
   return frozen;
 }
 
@@ -120,66 +128,66 @@ void Level::ShowJudgeTheStart(const RefinementState& state) {
   TriangleMesh start = state.mesh;
   start.vertices = state.level_start.vertices;
   const TriangleMesh now = std::exchange(mesh_, Ordered(start, state.order));
-  const std::unique_ptr<Frozen> first = Freeze(/*hold_back=*/true);
+  const std::unique_ptr<Frozen> first = Freeze(state, /*hold_back=*/true);
   FreezeTerms(first.get());
   task_.parts.judge->BeginLevel(first->context, *first->terms);
   mesh_ = now;
 }
 
-void Level::RunRound(RefinementState* state, RefinementProgress* progress) {
+bool Level::RunRound(RefinementState* state, RefinementProgress* progress) {
   RoundSummary summary;
   summary.round = state->round;
-  const bool last = state->round + 1 == task_.options.level.RoundsAt(level_);
+  const bool last = state->round + 1 == Rounds(*state);
   const Stopwatch visibility_watch;
   frozen_.reset();
-  frozen_ = Freeze(/*hold_back=*/last || state->round == 0);
+  frozen_ = Freeze(*state, /*hold_back=*/last || state->round == 0);
   RoundContext& context = frozen_->context;
-  const bool relax_hidden = task_.options.hidden == HiddenVertices::kRelax;
-  if (relax_hidden) AddToSupport(state->order, &state->was_supported, &context);
   summary.visibility_seconds = visibility_watch.Seconds();
   for (const ViewDomain& domain : frozen_->domains) {
     for (const int64_t pixels : domain.pair_pixels) summary.pair_pixels += pixels;
   }
-  summary.supported_vertices =
-      static_cast<int>(std::count(context.supported.begin(), context.supported.end(), 1));
-  if (summary.pair_pixels == 0) {
-    throw InputError("no camera pair sees a common part of the mesh at level " +
-                     std::to_string(level_) +
-                     ": every facet is out of view, hidden, masked or seen from behind");
-  }
   const std::vector<Eigen::Vector3d> before = mesh_.vertices;
-  std::vector<Eigen::Vector3d> positions = Solve(*state, progress, &summary);
-  if (summary.solve.usable) mesh_.vertices = std::move(positions);
+  std::optional<std::vector<Eigen::Vector3d>> positions = Solve(state, progress, &summary);
+  if (!positions.has_value()) return false;
+  if (summary.solve.usable) mesh_.vertices = *std::move(positions);
   GuardOptions guard = task_.options.guard;
   // On the way facets of bridges over depth steps turn over and go into folds that vanish.
   guard.inverted &= progress->stopped() || (level_ == task_.options.level.finest && last);
   summary.guard = RevertFaults(before, context.faces, context.neighbors, std::ldexp(1.0, level_),
                                guard, &mesh_);
-  summary.carried_vertices = ExtendToUnseen(context, before, &mesh_);
-  if (relax_hidden) summary.relaxed_vertices = RelaxHiddenFolds(context, kRelaxSweeps, &mesh_);
+  summary.carried_vertices = CarryAlong(context.neighbors, context.moves, before, &mesh_);
+  if (task_.options.hidden == HiddenVertices::kRelax) {
+    summary.relaxed_vertices = RelaxHiddenFolds(context, kRelaxSweeps, &mesh_);
+  }
   RestoreVertices(mesh_, state->order, &state->mesh);
   for (const auto& [term, round] : *frozen_->terms) summary.terms[term->Name()] = round->Report();
   if (task_.observers.on_round) task_.observers.on_round(context, mesh_, summary);
   state->summary.levels.back().rounds.push_back(std::move(summary));
   progress->RoundDone(level_);
+  return true;
 }
 
-std::vector<Eigen::Vector3d> Level::Solve(const RefinementState& state,
-                                          RefinementProgress* progress, RoundSummary* summary) {
+std::optional<std::vector<Eigen::Vector3d>> Level::Solve(RefinementState* state,
+                                                         RefinementProgress* progress,
+                                                         RoundSummary* summary) {
   const Stopwatch build_watch;
   FreezeTerms(frozen_.get());
   RoundParameters parameters{mesh_.vertices};
   RoundProblem problem(*frozen_->terms, frozen_->context, &parameters);
   summary->build_seconds = build_watch.Seconds();
-  if (task_.parts.judge != nullptr && state.round == 0) {
+  if (task_.parts.judge != nullptr && state->round == 0) {
     task_.parts.judge->BeginLevel(frozen_->context, *frozen_->terms);
   }
+  summary->supported_vertices = FindSupport(*frozen_->terms, state->order, task_.options.hidden,
+                                            &state->was_supported, &frozen_->context);
+  if (summary->supported_vertices == 0) return std::nullopt;
+  problem.SupportIsKnown();
   problem.task.pixel = std::ldexp(1.0, level_);
   problem.task.on_iteration = [&](const IterationRecord& record) {
-    return Report(record, state.round, progress);
+    return Report(record, state->round, progress);
   };
   if (task_.parts.solve_round) {
-    RoundTrial trial = SolveByPart(state, progress, &problem);
+    RoundTrial trial = SolveByPart(*state, progress, &problem);
     summary->energy_initial = std::move(trial.energy_initial);
     summary->solve = std::move(trial.solve);
     summary->energy_final = std::move(trial.energy_final);
@@ -242,18 +250,24 @@ void Level::Judge(RefinementState* state) {
   if (frozen_->context.held_back == nullptr) {
     // The run was stopped in a round that was not to be the level's last.
     frozen_.reset();
-    frozen_ = Freeze(/*hold_back=*/true);
+    frozen_ = Freeze(*state, /*hold_back=*/true);
     FreezeTerms(frozen_.get());
   }
   const LevelVerdict verdict =
       task_.parts.judge->EndLevel(frozen_->context, *frozen_->terms, mesh_);
   LevelSummary& level = state->summary.levels.back();
   level.held_back = verdict.report;
-  level.undone = verdict.worse;
-  if (!level.undone) return;
-  state->mesh.vertices = state->level_start.vertices;
-  state->was_supported = state->level_start.was_supported;
-  frozen_.reset();
+  bool all = true;
+  for (size_t k = 0; k < verdict.undo.size(); ++k) {
+    all &= verdict.undo[k] != 0;
+    if (verdict.undo[k] == 0) continue;
+    const int v = state->order.vertex[k];
+    if (state->mesh.vertices[v] != state->level_start.vertices[v]) ++level.undone_vertices;
+    state->mesh.vertices[v] = state->level_start.vertices[v];
+    state->was_supported[v] = state->level_start.was_supported[v];
+  }
+  level.undone = all;
+  if (level.undone_vertices > 0) frozen_.reset();
 }
 
 void Level::ShowEnd(RefinementState* state) {
@@ -261,7 +275,7 @@ void Level::ShowEnd(RefinementState* state) {
   if (frozen_ == nullptr) {
     if (state->order.vertex.empty()) state->order = OrderAlongCurve(state->mesh);
     mesh_ = Ordered(state->mesh, state->order);
-    frozen_ = Freeze(/*hold_back=*/false);
+    frozen_ = Freeze(*state, /*hold_back=*/false);
     FreezeTerms(frozen_.get());
   }
   RefinementEnd end;

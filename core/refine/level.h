@@ -39,7 +39,8 @@ class Level {
   Level(const RefinementTask& task, int level);
 
   // Runs the rounds that `state`, which is on this level, has before it and judges the level. Ends early
-  // when an observer stops the run (progress->stopped()); what was done of the level is judged then.
+  // when an observer stops the run (progress->stopped()); what was done of the level is judged then. Ends
+  // too where no vertex is supported: a level whose first round has none is left out.
   void Run(RefinementState* state, RefinementProgress* progress);
 
   // The mesh of `state` with a frozen round, to the observer; `state` is what Run() left, or one that
@@ -55,18 +56,24 @@ class Level {
     std::optional<TermRounds> terms;
   };
 
+  // A level that takes the place of the coarsest, because all before it were left out or undone, has the
+  // rounds of the level before it: it too begins with a mesh that nothing has moved.
+  int Rounds(const RefinementState& state) const;
   void CutMesh(RefinementState* state);
   // Of mesh_ as it is now; the terms are still to be frozen.
-  std::unique_ptr<Frozen> Freeze(bool hold_back) const;
+  std::unique_ptr<Frozen> Freeze(const RefinementState& state, bool hold_back) const;
   void FreezeTerms(Frozen* frozen) const {
     frozen->terms.emplace(task_.parts.terms, frozen->context);
   }
   // For a run that goes on within a level.
   void ShowJudgeTheStart(const RefinementState& state);
-  void RunRound(RefinementState* state, RefinementProgress* progress);
-  // Minimises the terms on the frozen round from mesh_ on; the new positions.
-  std::vector<Eigen::Vector3d> Solve(const RefinementState& state, RefinementProgress* progress,
-                                     RoundSummary* summary);
+  // False when no vertex is supported: nothing was done.
+  bool RunRound(RefinementState* state, RefinementProgress* progress);
+  // Minimises the terms on the frozen round from mesh_ on; the new positions, or nothing when no vertex
+  // is supported.
+  std::optional<std::vector<Eigen::Vector3d>> Solve(RefinementState* state,
+                                                    RefinementProgress* progress,
+                                                    RoundSummary* summary);
   RoundTrial SolveByPart(const RefinementState& state, RefinementProgress* progress,
                          RoundProblem* problem);
   // Tells the observer; false when the run is to stop.

@@ -12,7 +12,7 @@
 namespace burin {
 
 struct LevelVerdict {
-  bool worse = false;  // the level is undone
+  std::vector<char> undo;  // by vertex: goes back to where the level found it
   nlohmann::json report;
 };
 

@@ -68,6 +68,13 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
     state.order = MeshOrder();
     if (observers.on_state) observers.on_state(state);
   }
+  const std::vector<LevelSummary>& levels = state.summary.levels;
+  if (std::all_of(levels.begin(), levels.end(),
+                  [](const LevelSummary& of) { return of.left_out; })) {
+    throw InputError(
+        "no camera pair sees a common part of the mesh at any level: every facet is out of view, "
+        "hidden, masked, seen from behind or too small for a window");
+  }
   if (level == nullptr) level = std::make_unique<Level>(task, options.level.finest);
   level->ShowEnd(&state);
   *summary = std::move(state.summary);

@@ -13,6 +13,8 @@ class RefinementProgress {
   RefinementProgress(const LevelOptions& options, int first_level, const RefinementState& start);
 
   void RoundDone(int level) { done_ += WorkOf(level); }
+  // This many of the level's rounds will not be run.
+  void RoundsSpared(int level, int rounds) { total_ -= rounds * WorkOf(level); }
   // Of the whole run's work, with this share of the round in work.
   double Share(int level, double share_of_round) const {
     return (done_ + share_of_round * WorkOf(level)) / total_;

@@ -19,7 +19,8 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RoundSummary, round, solve, energy_initial, e
                                    solve_seconds)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LevelSummary, level, width, height, views, views_halved_less,
                                    vertices, faces, reached_bound, subdivide_seconds, image_seconds,
-                                   held_back, undone, interrupted, rounds)
+                                   held_back, left_out, undone, undone_vertices, interrupted,
+                                   rounds)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RefinementSummary, footprint, levels, seconds)
 
 namespace {

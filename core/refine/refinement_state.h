@@ -23,7 +23,7 @@ struct RoundSummary {
   int64_t pair_pixels = 0;  // sum of |Omega_ij|
   int supported_vertices = 0;
   int relaxed_vertices = 0;  // by core/refine/hidden_folds.h, after the solve
-  int carried_vertices = 0;  // by core/refine/unseen_extension.h, after the solve
+  int carried_vertices = 0;  // by core/refine/carry.h, after the solve
   LocalGuardReport guard;
   double visibility_seconds = 0;
   double build_seconds = 0;
@@ -42,7 +42,9 @@ struct LevelSummary {
   double subdivide_seconds = 0;
   double image_seconds = 0;
   nlohmann::json held_back;  // what the guard found; null when it did not look
-  bool undone = false;       // the state was set back to the level's start
+  bool left_out = false;     // no vertex is supported on it: nothing was moved
+  bool undone = false;       // all of the mesh was set back to the level's start
+  int undone_vertices = 0;   // that had moved and were set back
   bool interrupted = false;  // the run was stopped in the last of the rounds below
   std::vector<RoundSummary> rounds;
 };

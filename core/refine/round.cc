@@ -8,8 +8,7 @@ namespace {
 constexpr int kVertexGrain = 4096;
 
 // Vertices of the facets that have a pixel in some Omega_ij.
-std::vector<char> SupportedVertices(const std::vector<ViewDomain>& domains,
-                                    const TriangleMesh& mesh) {
+std::vector<char> SeenVertices(const std::vector<ViewDomain>& domains, const TriangleMesh& mesh) {
   const int count = static_cast<int>(mesh.vertices.size());
   std::vector<std::vector<char>> by_view(domains.size());
   ParallelFor(static_cast<int>(domains.size()), 1, [&](int begin, int end) {
@@ -25,13 +24,13 @@ std::vector<char> SupportedVertices(const std::vector<ViewDomain>& domains,
       }
     }
   });
-  std::vector<char> supported(count, 0);
+  std::vector<char> seen(count, 0);
   ParallelFor(count, kVertexGrain, [&](int begin, int end) {
     for (const std::vector<char>& view : by_view) {
-      for (int v = begin; v < end; ++v) supported[v] = static_cast<char>(supported[v] | view[v]);
+      for (int v = begin; v < end; ++v) seen[v] = static_cast<char>(seen[v] | view[v]);
     }
   });
-  return supported;
+  return seen;
 }
 
 std::vector<CameraPair> TakingPart(const std::vector<CameraPair>& pairs,
@@ -72,8 +71,9 @@ RoundContext FreezeRound(const std::vector<LevelView>& views, const std::vector<
   context.boundary = BoundaryVertices(mesh, context.faces);
   context.normals = VertexNormals(mesh, context.faces);
   context.motion = motion;
-  context.supported = SupportedVertices(*domains, mesh);
-  context.was_supported = context.supported;
+  context.seen = SeenVertices(*domains, mesh);
+  context.supported = context.seen;
+  context.moves = context.seen;
   return context;
 }
 

@@ -1,5 +1,5 @@
 // Makes the frozen state of a round from cameras, pairs and mesh: visibility, neighbourhoods,
-// normals, photometric support.
+// normals, what is seen.
 #pragma once
 
 #include <vector>
@@ -10,8 +10,8 @@
 namespace burin {
 
 // Casts Omega_ij for the pairs of views that take part and fills a context that refers to `views`, `mesh` and `domains`,
-// which must outlive it. `border_px`: see RayCaster::Cast. was_supported is left equal to supported:
-// earlier rounds are the caller's to add.
+// which must outlive it. `border_px`: see RayCaster::Cast. `supported` and `moves` are left equal to `seen`:
+// the terms are the caller's to ask.
 //
 // `held_back`, where given, gets the Omega_ij of `held_back_pairs` and must outlive the context too.
 RoundContext FreezeRound(const std::vector<LevelView>& views, const std::vector<CameraPair>& pairs,

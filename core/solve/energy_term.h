@@ -40,11 +40,14 @@ struct RoundContext {
   Adjacency faces;
   std::vector<char> boundary;
   std::vector<Eigen::Vector3d> normals;  // unit, or zero where there is none
-  std::vector<char> supported;           // some facet of the vertex has a pixel in some Omega_ij
-  std::vector<char> was_supported;       // now or in an earlier round
+  std::vector<char> seen;                // some facet of the vertex has a pixel in some Omega_ij
+  // Some term has data about where the vertex is (TermRound::MarkSupported); `seen` until they are asked.
+  std::vector<char> supported;
+  // Takes part in the solve (core/refine/support.h). The others are carried along afterwards (core/refine/carry.h).
+  std::vector<char> moves;
   Motion motion = Motion::kNormal;
   int level = 0;             // of the pyramid
-  bool first_level = false;  // of the run: the coarsest
+  bool first_level = false;  // of the run: none before it moved anything
 };
 
 // What a round solves for: the parameter blocks of its problem, by kind. Their addresses stay during the
@@ -70,6 +73,18 @@ class TermRound {
   // Makes what evaluations need and residual blocks need not wait for; perhaps called at the same time
   // as AddResiduals. What a round asks for before it was called, it makes itself.
   virtual void FinishFreeze() {}
+
+  // Sets (*supported)[v] where the term has data about the position of vertex v, at the positions of the
+  // round's start. Smoothness has none.
+  virtual void MarkSupported(const std::vector<Eigen::Vector3d>& vertices,
+                             std::vector<char>* supported) {
+    (void)vertices;
+    (void)supported;
+  }
+
+  // Called once after AddResiduals, before the first evaluation by a solver: the context's `supported` and
+  // `moves` are final.
+  virtual void SupportIsKnown() {}
 
   // Called before the term's residuals are evaluated at new positions, possibly twice at the same; null
   // when not needed.

@@ -1,4 +1,4 @@
-#include "core/refine/unseen_extension.h"
+#include "core/refine/carry.h"
 
 #include <Eigen/IterativeLinearSolvers>
 #include <Eigen/SparseCore>
@@ -9,20 +9,20 @@ namespace {
 // Of the residual; displacements are pixels.
 constexpr double kTolerance = 1e-6;
 
-// Unseen vertices that a path of unseen ones connects to a seen one, by their order of discovery.
-std::vector<int> Reached(const RoundContext& context) {
-  const auto count = static_cast<int>(context.was_supported.size());
-  std::vector<char> known(context.was_supported.begin(), context.was_supported.end());
+// Vertices that a path of unplaced ones connects to a placed one, by their order of discovery.
+std::vector<int> Reached(const Adjacency& neighbors, const std::vector<char>& placed) {
+  const auto count = static_cast<int>(placed.size());
+  std::vector<char> known(placed.begin(), placed.end());
   std::vector<int> list;
   const auto visit_neighbors = [&](int v) {
-    for (const int* w = context.neighbors.Begin(v); w != context.neighbors.End(v); ++w) {
+    for (const int* w = neighbors.Begin(v); w != neighbors.End(v); ++w) {
       if (known[*w] != 0) continue;
       known[*w] = 1;
       list.push_back(*w);
     }
   };
   for (int v = 0; v < count; ++v) {
-    if (context.was_supported[v] != 0) visit_neighbors(v);
+    if (placed[v] != 0) visit_neighbors(v);
   }
   for (size_t k = 0; k < list.size(); ++k) visit_neighbors(list[k]);
   return list;
@@ -30,9 +30,9 @@ std::vector<int> Reached(const RoundContext& context) {
 
 }  // namespace
 
-int ExtendToUnseen(const RoundContext& context, const std::vector<Eigen::Vector3d>& before,
-                   TriangleMesh* mesh) {
-  const std::vector<int> list = Reached(context);
+int CarryAlong(const Adjacency& neighbors, const std::vector<char>& placed,
+               const std::vector<Eigen::Vector3d>& before, TriangleMesh* mesh) {
+  const std::vector<int> list = Reached(neighbors, placed);
   const auto count = static_cast<int>(list.size());
   if (count == 0) return 0;
   std::vector<int> index(before.size(), -1);
@@ -42,8 +42,8 @@ int ExtendToUnseen(const RoundContext& context, const std::vector<Eigen::Vector3
   Eigen::MatrixX3d right = Eigen::MatrixX3d::Zero(count, 3);
   for (int k = 0; k < count; ++k) {
     const int v = list[k];
-    entries.emplace_back(k, k, context.neighbors.Degree(v));
-    for (const int* w = context.neighbors.Begin(v); w != context.neighbors.End(v); ++w) {
+    entries.emplace_back(k, k, neighbors.Degree(v));
+    for (const int* w = neighbors.Begin(v); w != neighbors.End(v); ++w) {
       if (index[*w] >= 0) {
         entries.emplace_back(k, index[*w], -1.0);
       } else {
