@@ -55,9 +55,22 @@ TEST(CameraChecks, NameWhatIsWrong) {
               HasSubstr("principal point"));
   EXPECT_THAT(ErrorWith([](Camera* c) { c->rotation(0, 0) = 1.1; }), HasSubstr("rotation"));
   EXPECT_THAT(ErrorWith([](Camera* c) { c->rotation = -c->rotation; }), HasSubstr("rotation"));
+  // In millimetres, as a share of the width, of a picture of another size.
+  const auto with_focal = [](double focal) {
+    return ErrorWith([focal](Camera* c) {
+      c->width = 320;
+      c->height = 240;
+      c->fx = c->fy = focal;
+    });
+  };
+  EXPECT_THAT(with_focal(24), HasSubstr("b.png: focal length = 24 pixels of a picture 320x240: no "
+                                        "camera's; must be in [32, 16000]"));
+  EXPECT_THAT(with_focal(0.94), HasSubstr("focal length = 0.94"));
+  EXPECT_THAT(with_focal(16001), HasSubstr("focal length = 16001"));
+  EXPECT_EQ(with_focal(32), "no error");     // 157 degrees
+  EXPECT_EQ(with_focal(16000), "no error");  // a telescope's 1.1 degrees
   // Finite, but beyond what single precision holds.
-  EXPECT_THAT(ErrorWith([](Camera* c) { c->fx = 1e-12; }),
-              HasSubstr("focal length = 1e-12 pixels: must be in [0.001, 1e+09]"));
+  EXPECT_THAT(ErrorWith([](Camera* c) { c->fx = 1e-12; }), HasSubstr("focal length = 1e-12"));
   EXPECT_THAT(ErrorWith([](Camera* c) { c->fy = 1e302; }), HasSubstr("focal length = 1e+302"));
   EXPECT_THAT(ErrorWith([](Camera* c) { c->cy = -1e30; }), HasSubstr("principal point = -1e+30"));
   EXPECT_THAT(ErrorWith([](Camera* c) { c->translation.y() = 1e19; }),

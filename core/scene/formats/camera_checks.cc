@@ -16,11 +16,13 @@ namespace {
 // Of the distance between centres, relative to the larger of their coordinates: rounding alone.
 constexpr double kSameCentre = 1e-12;
 
+// Of the picture's longer side: fields of view of 157 and of 1.1 degrees. What is beyond is in other units, or of
+// a picture of another size.
+constexpr double kLeastFocal = 0.1;
+constexpr double kMostFocal = 50;
 // Beyond these the single precision of ray casting and pixel fields overflows. Nothing real is near.
-constexpr double kLeastFocal = 1e-3;  // pixels
-constexpr double kMostFocal = 1e9;
-constexpr double kMostPrincipalPoint = 1e9;
-constexpr double kMostTranslation = 1e17;  // world units
+constexpr double kMostPrincipalPoint = 1e9;  // pixels
+constexpr double kMostTranslation = 1e17;    // world units
 
 constexpr int kKeptBits = 40;
 
@@ -54,9 +56,13 @@ void CheckCameras(const std::vector<View>& views, const std::filesystem::path& f
         throw InputError(
             file, element + "focal length = " + Text(focal) + ": must be finite and above 0");
       }
-      if (focal < kLeastFocal || focal > kMostFocal) {
-        throw InputError(file, element + "focal length = " + Text(focal) + " pixels: must be in [" +
-                                   Text(kLeastFocal) + ", " + Text(kMostFocal) + "]");
+      const int side = std::max(camera.width, camera.height);
+      if (focal < kLeastFocal * side || focal > kMostFocal * side) {
+        throw InputError(file, element + "focal length = " + Text(focal) + " pixels of a picture " +
+                                   std::to_string(camera.width) + "x" +
+                                   std::to_string(camera.height) + ": no camera's; must be in [" +
+                                   Text(kLeastFocal * side) + ", " + Text(kMostFocal * side) +
+                                   "] (is it in millimetres, or of a picture of another size?)");
       }
     }
     for (const double center : {camera.cx, camera.cy}) {

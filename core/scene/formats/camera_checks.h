@@ -11,7 +11,7 @@
 namespace burin {
 
 // Throws InputError, naming `file` and the camera, unless every camera has a positive image size,
-// focal lengths in [1e-3, 1e9] and a principal point within 1e9 pixels, and a pose whose rotation is one
+// focal lengths of .1 to 50 times the longer side and a principal point within 1e9 pixels, and a pose whose rotation is one
 // (orthonormal to 1e-6, determinant +1) and whose translation is within 1e17 world units.
 void CheckCameras(const std::vector<View>& views, const std::filesystem::path& file);
 
