@@ -209,7 +209,7 @@ py::dict RefineMesh(const Scene& scene, const py::array& vertices, const py::arr
     result.selection = judged.selection;
   } else {
     parts.selection = &judged.selection;
-    WithoutGil([&] { result = RunPipeline(judged.scene, mesh, options, parts); });
+    WithoutGil([&] { result = RunPipeline(judged.Used(scene), mesh, options, parts); });
   }
   if (raised) std::rethrow_exception(raised);
   py::dict quality;

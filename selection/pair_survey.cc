@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
 
+#include "core/image/mask_cover.h"
 #include "core/support/parallel.h"
 #include "core/visibility/visibility.h"
 
@@ -30,14 +30,10 @@ std::vector<Camera> SurveyCameras(const Scene& scene, int resolution_px) {
 
 // Masks at the size of the survey's cameras; empty where a view has none.
 std::vector<cv::Mat> SurveyMasks(const Scene& scene, const std::vector<Camera>& cameras) {
-  constexpr double kHalfUsed = 127.5;
   std::vector<cv::Mat> masks(cameras.size());
   for (size_t i = 0; i < cameras.size(); ++i) {
     if (scene.views[i].mask.empty()) continue;
-    cv::Mat1f used;
-    cv::Mat(scene.views[i].mask != 0).convertTo(used, CV_32F);  // 0 or 255
-    cv::resize(used, used, {cameras[i].width, cameras[i].height}, 0, 0, cv::INTER_AREA);
-    masks[i] = used >= kHalfUsed;
+    masks[i] = MaskCover(scene.views[i].mask, {cameras[i].width, cameras[i].height}) >= kHalfPixel;
   }
   return masks;
 }

@@ -9,6 +9,7 @@
 #include "apps/commands/commands.h"
 #include "apps/run/judged_scene.h"
 #include "apps/run/output_folder.h"
+#include "apps/run/pipeline.h"
 #include "apps/run/run_output.h"
 #include "apps/run/scene_arguments.h"
 #include "apps/run/verdict_output.h"
@@ -24,18 +25,8 @@
 namespace burin {
 namespace {
 
-struct CheckOptions {
-  PairsOptions pairs;
-  int threads = 0;
-  void Describe(OptionSet* set) {
-    pairs.Describe(set);
-    set->Add("run.threads", &threads, "Threads; 0 = all cores. Results do not depend on it", 0,
-             4096);
-  }
-};
-
 struct CheckCommand {
-  CheckOptions options;
+  SelectOptions options;
   OptionSet set;
   SceneArguments source;
   std::string mesh_path;

@@ -88,7 +88,7 @@ void CompareCommand::Run() {
   const JudgedScene judged = JudgeAndSelect(scene, mesh, kept);
   for (const std::string& line : judged.lines) progress.Line(line);
   const Comparison comparison = CompareSolvers(
-      judged.scene, mesh, pipeline, compare, truth_path.empty() ? nullptr : &truth,
+      judged.Used(scene), mesh, pipeline, compare, truth_path.empty() ? nullptr : &truth,
       [&](const std::string& line) { progress.Line(line); }, &judged.selection);
   progress.End();
   if (!comparison.AnythingRan()) throw InputError(Reasons(comparison));

@@ -237,7 +237,7 @@ void RefineCommand::Run() {
   const std::filesystem::path checkpoint_path = CheckpointPath(folder);
   const Stopwatch selection_watch;
   const JudgedScene judged = JudgeOrGoOn(whole, mesh, &checkpoint);
-  const Scene& scene = judged.scene;
+  const Scene& scene = judged.Used(whole);
   const PairSelection& selection = judged.selection;
   const double selection_seconds = selection_watch.Seconds() - judged.seconds;
   std::vector<std::string> names;

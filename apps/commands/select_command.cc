@@ -12,6 +12,7 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/pair_pictures.h"
 #include "apps/run/output_folder.h"
+#include "apps/run/pipeline.h"
 #include "apps/run/run_output.h"
 #include "apps/run/scene_arguments.h"
 #include "core/image/picture.h"
@@ -27,16 +28,6 @@
 
 namespace burin {
 namespace {
-
-struct SelectOptions {
-  PairsOptions pairs;
-  int threads = 0;
-  void Describe(OptionSet* set) {
-    pairs.Describe(set);
-    set->Add("run.threads", &threads, "Threads; 0 = all cores. Results do not depend on it", 0,
-             4096);
-  }
-};
 
 struct SelectCommand {
   SelectOptions options;

@@ -83,13 +83,17 @@ SceneVerdict SelectAndJudge(const Scene& scene, const TriangleMesh& mesh,
 
 JudgedScene SelectWithout(const Scene& scene, const TriangleMesh& mesh,
                           const PipelineOptions& options, std::vector<std::string> left_out) {
-  const std::vector<int> index = IndexWithout(scene, left_out);
   JudgedScene judged;
   judged.left_out = std::move(left_out);
-  judged.scene = WithoutViews(scene, index);
+  if (judged.left_out.empty()) {
+    judged.selection = SelectPairs(scene, mesh, options.pairs);
+    return judged;
+  }
+  const std::vector<int> index = IndexWithout(scene, judged.left_out);
+  judged.without = WithoutViews(scene, index);
   judged.selection = options.pairs.method == PairsMethod::kFile
                          ? SelectionWithout(SelectPairs(scene, mesh, options.pairs), index)
-                         : SelectPairs(judged.scene, mesh, options.pairs);
+                         : SelectPairs(*judged.without, mesh, options.pairs);
   return judged;
 }
 
@@ -98,7 +102,6 @@ JudgedScene JudgeAndSelect(const Scene& scene, const TriangleMesh& mesh,
   const ThreadScope threads(options.threads);
   const VerdictOptions& wanted = options.verdict;
   JudgedScene judged;
-  judged.scene = scene;
   if (wanted.action == VerdictAction::kOff) {
     judged.selection = SelectPairs(scene, mesh, options.pairs);
     return judged;
@@ -128,7 +131,7 @@ JudgedScene JudgeAndSelect(const Scene& scene, const TriangleMesh& mesh,
   }
   if (judged.left_out.empty()) return judged;
   JudgedScene without = SelectWithout(scene, mesh, options, judged.left_out);
-  judged.scene = std::move(without.scene);
+  judged.without = std::move(without.without);
   judged.selection = std::move(without.selection);
   return judged;
 }

@@ -2,6 +2,7 @@
 // not fit are left out, and what cannot be right is not refined.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,14 +15,17 @@
 namespace burin {
 
 struct JudgedScene {
-  Scene scene;  // without the views that are left out; pixels are shared with the one given
-  PairSelection selection;            // of it
+  // Without the views that are left out, where there are some; pixels are shared with the one given.
+  std::optional<Scene> without;
+  PairSelection selection;            // of the scene that is used
   SceneVerdict verdict;               // on the scene given, with its indices of views
   std::vector<std::string> left_out;  // names
   std::vector<std::string> lines;     // to be said
   bool judged = false;                // verdict.action is not off
   bool stop = false;                  // it cannot be right, and verdict.action is stop
   double seconds = 0;                 // of the verdict alone
+
+  const Scene& Used(const Scene& given) const { return without.has_value() ? *without : given; }
 };
 
 // Selects pairs, judges scene and mesh by them, and leaves out views. Throws as SelectPairs does.

@@ -29,6 +29,15 @@ void MemoryOptions::Describe(OptionSet* set) {
       0, 1e6);
 }
 
+void DescribeThreads(int* threads, OptionSet* set) {
+  set->Add("run.threads", threads, "Threads; 0 = all cores. Results do not depend on it", 0, 4096);
+}
+
+void SelectOptions::Describe(OptionSet* set) {
+  pairs.Describe(set);
+  DescribeThreads(&threads, set);
+}
+
 void PipelineOptions::Describe(OptionSet* set) {
   pairs.Describe(set);
   photo.Describe(set);
@@ -36,7 +45,7 @@ void PipelineOptions::Describe(OptionSet* set) {
   refinement.Describe(set);
   verdict.Describe(set);
   memory.Describe(set);
-  set->Add("run.threads", &threads, "Threads; 0 = all cores. Results do not depend on it", 0, 4096);
+  DescribeThreads(&threads, set);
 }
 
 void PipelineOptions::Check() const {

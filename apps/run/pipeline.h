@@ -39,6 +39,16 @@ struct VerdictOptions {
   void Describe(OptionSet* set);
 };
 
+// run.threads, of every command that has it.
+void DescribeThreads(int* threads, OptionSet* set);
+
+// Of commands that choose pairs and refine nothing.
+struct SelectOptions {
+  PairsOptions pairs;
+  int threads = 0;  // 0 = all cores
+  void Describe(OptionSet* set);
+};
+
 struct MemoryOptions {
   double limit_gb = 0;  // 0 = what the machine has available (apps/run/memory_estimate.h)
   void Describe(OptionSet* set);

@@ -12,6 +12,7 @@
 
 #include "apps/run/turned_axes.h"
 #include "core/support/error.h"
+#include "core/support/fixed_text.h"
 #include "core/support/parallel.h"
 #include "core/visibility/visibility.h"
 #include "costs/pair_kernel.h"
@@ -20,14 +21,6 @@ namespace burin {
 namespace {
 
 constexpr double kFacingColumns = 160;  // of the images that CheckMeshIsSeen casts
-
-std::string Fixed(double value, int digits) {
-  std::ostringstream text;
-  text.setf(std::ios::fixed);
-  text.precision(digits);
-  text << value;
-  return text.str();
-}
 
 nlohmann::ordered_json RoundJson(const RoundSummary& round) {
   nlohmann::ordered_json json;

@@ -101,8 +101,8 @@ struct Comparison {
 };
 
 // `truth` may be null. `say` gets a line after every trial. `selection` may hold what SelectPairs made, or
-// pairs chosen otherwise. Throws InputError for anything wrong
-// with scene, mesh or options; what goes wrong with one strategy is kept as its reason.
+// pairs chosen otherwise. Throws InputError for anything wrong with scene, mesh or options; what goes wrong
+// with one strategy is kept as its reason.
 Comparison CompareSolvers(const Scene& scene, const TriangleMesh& mesh,
                           const PipelineOptions& pipeline, const CompareOptions& options,
                           const Truth* truth, const std::function<void(const std::string&)>& say,

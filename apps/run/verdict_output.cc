@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "core/support/fixed_text.h"
+
 namespace burin {
 namespace {
 
@@ -22,12 +24,7 @@ ordered_json EvidenceJson(const Evidence& evidence) {
           {"px", Number(evidence.noise_px)}};
 }
 
-std::string Figure(double value) {
-  if (!std::isfinite(value)) return "-";
-  std::ostringstream text;
-  text << std::fixed << std::setprecision(2) << value;
-  return text.str();
-}
+std::string Figure(double value) { return std::isfinite(value) ? Fixed(value, 2) : "-"; }
 
 void AddRow(const std::string& name, const Evidence& evidence, const std::string& remark,
             size_t width, std::ostringstream* text) {

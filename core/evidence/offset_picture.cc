@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iomanip>
 #include <opencv2/imgproc.hpp>
-#include <sstream>
 #include <string>
 
 #include "core/image/picture.h"
+#include "core/support/fixed_text.h"
 
 namespace burin {
 namespace {
@@ -28,14 +27,12 @@ const cv::Scalar kVague(205, 190, 175);
 const cv::Scalar kWithMisfit(175, 175, 245);
 
 std::string Figures(const ViewEvidence& view) {
-  std::ostringstream text;
-  text << view.evidence.windows << " windows";
+  std::string text = std::to_string(view.evidence.windows) + " windows";
   if (std::isfinite(view.evidence.on_line)) {
-    text << std::fixed << std::setprecision(2) << "  E " << view.evidence.on_line << "  A "
-         << view.evidence.at_place << "  px " << view.evidence.noise_px;
+    text += "  E " + Fixed(view.evidence.on_line, 2) + "  A " + Fixed(view.evidence.at_place, 2) +
+            "  px " + Fixed(view.evidence.noise_px, 2);
   }
-  if (view.misfit) text << "  does not fit";
-  return text.str();
+  return view.misfit ? text + "  does not fit" : text;
 }
 
 }  // namespace

@@ -7,9 +7,11 @@
 #include <map>
 #include <opencv2/core.hpp>
 #include <set>
-#include <sstream>
 #include <string_view>
 #include <utility>
+
+#include "core/support/fixed_text.h"
+#include "core/support/median.h"
 
 namespace burin {
 namespace {
@@ -30,13 +32,6 @@ constexpr double kSigmaPerMad = 1.4826;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 using Matches = std::vector<const WindowMatch*>;
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return kNone;
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 bool OnLine(const WindowMatch& match) { return std::abs(match.row) <= 1; }
 
@@ -168,14 +163,6 @@ std::vector<int> Misfits(const std::vector<WindowMatch>& matches, size_t views) 
   return misfits;
 }
 
-std::string Rounded(double value) {
-  std::ostringstream text;
-  text.setf(std::ios::fixed);
-  text.precision(2);
-  text << value;
-  return text.str();
-}
-
 // What there is to say when there are too few windows.
 std::string WhyNoWindows(const Scene& scene, size_t windows) {
   int largest = 0;
@@ -201,14 +188,14 @@ void Conclude(const Scene& scene, SceneVerdict* verdict) {
     verdict->reason =
         "the photographs do not fit cameras and mesh: best matches lie beside the epipolar lines "
         "(E " +
-        Rounded(evidence.on_line) + " of 1; right cameras have at least " + Rounded(kLeastOnLine) +
-        ")";
+        Fixed(evidence.on_line, 2) + " of 1; right cameras have at least " +
+        Fixed(kLeastOnLine, 2) + ")";
   } else if (evidence.at_place < kLeastAtPlace) {
     verdict->verdict = Verdict::kWrong;
     verdict->reason =
         "the mesh does not fit the photographs: they agree no better where it puts them than "
         "elsewhere (A " +
-        Rounded(evidence.at_place) + ", chance is 0.50)";
+        Fixed(evidence.at_place, 2) + ", chance is 0.50)";
   } else if (!verdict->misfits.empty()) {
     verdict->verdict = Verdict::kDoubtful;
     verdict->reason = std::to_string(verdict->misfits.size()) +
@@ -219,7 +206,7 @@ void Conclude(const Scene& scene, SceneVerdict* verdict) {
     }
   } else if (evidence.noise_px >= kDoubtfulNoisePx) {
     verdict->verdict = Verdict::kDoubtful;
-    verdict->reason = "the cameras are off by about " + Rounded(evidence.noise_px) + " px";
+    verdict->reason = "the cameras are off by about " + Fixed(evidence.noise_px, 2) + " px";
   } else {
     verdict->verdict = Verdict::kGood;
   }
@@ -234,7 +221,7 @@ void JudgeFromAfar(const std::vector<WindowMatch>& matches, SceneVerdict* verdic
     verdict->verdict = Verdict::kDoubtful;
     verdict->reason =
         "the mesh is far from the surface: only small images agree where it puts them (A " +
-        Rounded(afar.at_place) + ", of larger ones " + Rounded(verdict->evidence.at_place) + ")";
+        Fixed(afar.at_place, 2) + ", of larger ones " + Fixed(verdict->evidence.at_place, 2) + ")";
   } else if (verdict->evidence.on_line < kLeastOnLine && afar.on_line >= kLeastOnLine &&
              afar.noise_px < kSharpPx * fitting.front()->scale) {
     verdict->reason =

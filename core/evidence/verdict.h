@@ -10,10 +10,10 @@
 //   px    1.4826 median |across| / sqrt 2 over clear matches, in pixels of the photographs: the noise of
 //         a camera, were both alike.
 //
-// A view does not fit when its E, the mean over its pairs, is below 0.4 of the median over the views by two standard errors. The
-// worst is taken out and the others are judged again without it, until none is; one that has bad pairs with others of them only is kept. When those that are left
-// have an E below 0.4, nothing stands out and none is named. The figures of the scene are those of the
-// views that fit.
+// A view does not fit when its E, the mean over its pairs, is below 0.4 of the median over the views by two
+// standard errors. The worst is taken out and the others are judged again without it, until none is; one that
+// has bad pairs with others of them only is kept. When those that are left have an E below 0.4, nothing stands
+// out and none is named. The figures of the scene are those of the views that fit.
 //
 //   cannot tell   fewer than 30 windows
 //   wrong         E < 0.33 and A < 0.75: cameras or photographs; or A < 0.6: the mesh

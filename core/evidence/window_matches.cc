@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "core/evidence/match_grid.h"
+#include "core/image/mask_cover.h"
 #include "core/support/counter_random.h"
 #include "core/support/parallel.h"
 #include "core/visibility/facet_rays.h"
@@ -69,13 +70,7 @@ SmallView Reduce(const View& view, int largest_side_px) {
   small.camera = view.camera.Resized(size.width, size.height);
   small.scale = static_cast<double>(view.camera.width) / size.width;
   if (!view.mask.empty()) {
-    cv::Mat used = view.mask != 0;
-    if (shrink > 1) {
-      cv::Mat1f share;
-      used.convertTo(used, CV_32F);
-      cv::resize(used, share, size, 0, 0, cv::INTER_AREA);
-      used = share > 254.9F;
-    }
+    const cv::Mat used = MaskCover(view.mask, size) > kWholePixel;
     cv::erode(used, small.whole, cv::Mat::ones(kWindowSide + 2, kWindowSide + 2, CV_8U));
   }
   return small;

@@ -1,7 +1,9 @@
 #include "core/refine/normalized_world.h"
 
-#include <algorithm>
+#include <utility>
 #include <vector>
+
+#include "core/support/median.h"
 
 namespace burin {
 
@@ -32,10 +34,7 @@ double MedianFootprint(const Scene& scene, const TriangleMesh& mesh) {
     }
     if (smallest > 0) footprints.push_back(smallest);
   }
-  if (footprints.empty()) return 0;
-  std::nth_element(footprints.begin(),
-                   footprints.begin() + static_cast<long>(footprints.size() / 2), footprints.end());
-  return footprints[footprints.size() / 2];
+  return footprints.empty() ? 0 : Median(std::move(footprints));
 }
 
 }  // namespace burin

@@ -4,16 +4,12 @@
 #include <cmath>
 #include <utility>
 
+#include "core/support/median.h"
+
 namespace burin {
 namespace {
 
 constexpr size_t kVertices = 20000;  // looked at, at most about twice as many
-
-double Median(std::vector<double>* values) {
-  const auto middle = values->begin() + static_cast<long>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
-}
 
 // By view: how many times as wide its pixels are on the surface as the narrowest there. The median over the
 // vertices in its image; 1 where there is none.
@@ -35,7 +31,7 @@ std::vector<double> RelativeFootprints(const Scene& scene, const TriangleMesh& m
   }
   std::vector<double> relative(ratios.size(), 1);
   for (size_t i = 0; i < ratios.size(); ++i) {
-    if (!ratios[i].empty()) relative[i] = Median(&ratios[i]);
+    if (!ratios[i].empty()) relative[i] = Median(ratios[i]);
   }
   return relative;
 }

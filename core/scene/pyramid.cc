@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/image/grey_statistics.h"
+#include "core/image/mask_cover.h"
 #include "core/support/parallel.h"
 
 namespace burin {
@@ -18,11 +19,7 @@ constexpr int kFillRings = 10;
 
 // 255 where the mask allows every pixel that a pixel of the reduced image is made of.
 cv::Mat WholePixels(const cv::Mat& mask, const cv::Size& size) {
-  cv::Mat used;
-  cv::Mat reduced;
-  cv::Mat1f(mask != 0).copyTo(used);  // 0 or 255
-  cv::resize(used, reduced, size, 0, 0, cv::INTER_AREA);
-  return reduced > 254.9F;
+  return MaskCover(mask, size) > kWholePixel;
 }
 
 // The image with other values where `whole` is zero: ring by ring the mean of the neighbours known so

@@ -76,10 +76,7 @@ SyntheticLayout ReliefLayout(const SyntheticOptions& options) {
   layout.init = HeightFieldMesh(1, half_height, options.init_edge_px * footprint, base);
 
   CameraRig rig(options, PatchDistance(options), {0, 0, 0.08});
-  const int views = options.views > 0 ? options.views : 7;
-  for (int k = 0; k < views; ++k) {
-    rig.Add(Spread(options, k, views, 30), k % 2 == 0 ? 5 : -5);
-  }
+  rig.AddFan(options, 7, 30, 5, -5);
   layout.cameras = rig.cameras();
   layout.footprint = rig.Footprint();
   return layout;
@@ -114,10 +111,7 @@ SyntheticLayout OccludersLayout(const SyntheticOptions& options) {
   }
 
   CameraRig rig(options, PatchDistance(options), {0, 0, 0.2});
-  const int views = options.views > 0 ? options.views : 8;
-  for (int k = 0; k < views; ++k) {
-    rig.Add(Spread(options, k, views, 31), k % 2 == 0 ? 11 : -9);
-  }
+  rig.AddFan(options, 8, 31, 11, -9);
   layout.cameras = rig.cameras();
   layout.footprint = rig.Footprint();
   return layout;

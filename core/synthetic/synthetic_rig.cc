@@ -58,6 +58,14 @@ void CameraRig::Add(double azimuth_deg, double elevation_deg) {
   cameras_.push_back(camera);
 }
 
+void CameraRig::AddFan(const SyntheticOptions& options, int usual, double half_range,
+                       double even_deg, double odd_deg) {
+  const int views = options.views > 0 ? options.views : usual;
+  for (int k = 0; k < views; ++k) {
+    Add(Spread(options, k, views, half_range), k % 2 == 0 ? even_deg : odd_deg);
+  }
+}
+
 double Spread(const SyntheticOptions& options, int k, int count, double half_range) {
   const double t = count == 1 ? 0 : 2.0 * k / (count - 1) - 1;
   return half_range * (options.rig == RigSpacing::kUneven ? t * std::pow(std::abs(t), 0.8) : t);

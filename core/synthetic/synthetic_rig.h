@@ -32,6 +32,10 @@ class CameraRig {
   CameraRig(const SyntheticOptions& options, double distance, const Eigen::Vector3d& target);
 
   void Add(double azimuth_deg, double elevation_deg);
+  // Over azimuths by Spread(), at two elevations in turn. `usual` is the number of views where synth.views
+  // leaves it to the scene.
+  void AddFan(const SyntheticOptions& options, int usual, double half_range, double even_deg,
+              double odd_deg);
 
   double Footprint() const { return distance_ / intrinsics_.fx; }
   const std::vector<Camera>& cameras() const { return cameras_; }

@@ -99,10 +99,7 @@ SyntheticLayout RodsLayout(const SyntheticOptions& options) {
   layout.init_noise_share = 0.25;
 
   CameraRig rig(options, PatchDistance(options), {0, 0, 0});
-  const int views = options.views > 0 ? options.views : 9;
-  for (int k = 0; k < views; ++k) {
-    rig.Add(Spread(options, k, views, 36), k % 2 == 0 ? 6 : -6);
-  }
+  rig.AddFan(options, 9, 36, 6, -6);
   layout.cameras = rig.cameras();
   layout.footprint = rig.Footprint();
   return layout;

@@ -83,10 +83,7 @@ SyntheticLayout SkyLayout(const SyntheticOptions& options) {
              &layout.init);
 
   CameraRig rig(options, PatchDistance(options), {0, 0.02, 0});
-  const int views = options.views > 0 ? options.views : 8;
-  for (int k = 0; k < views; ++k) {
-    rig.Add(Spread(options, k, views, 32), k % 2 == 0 ? 14 : 8);
-  }
+  rig.AddFan(options, 8, 32, 14, 8);
   layout.cameras = rig.cameras();
   layout.footprint = rig.Footprint();
   return layout;
