@@ -7,12 +7,14 @@
 
 #include "apps/commands/command.h"
 #include "apps/commands/commands.h"
+#include "apps/run/free_space_output.h"
 #include "apps/run/judged_scene.h"
 #include "apps/run/output_folder.h"
 #include "apps/run/pipeline.h"
 #include "apps/run/run_output.h"
 #include "apps/run/scene_arguments.h"
 #include "apps/run/verdict_output.h"
+#include "core/evidence/free_space.h"
 #include "core/evidence/offset_picture.h"
 #include "core/evidence/verdict.h"
 #include "core/image/picture.h"
@@ -46,12 +48,18 @@ void CheckCommand::Run() const {
   PairSelection selection;
   double seconds = 0;
   const SceneVerdict verdict = SelectAndJudge(scene, mesh, options.pairs, &selection, &seconds);
-  const std::string document = JsonText(VerdictJson(verdict, scene, {}));
+  const FreeSpace free_space = FindFreeSpace(scene, mesh, selection.pairs);
+  nlohmann::ordered_json json_verdict = VerdictJson(verdict, scene, {});
+  json_verdict["free_space"] = FreeSpaceJson(free_space);
+  const std::string document = JsonText(json_verdict);
   if (output.has_value()) {
     WritePicture(output->path() / "offsets.png", OffsetPicture(verdict, scene));
     WriteTextAtomically(output->path() / "verdict.json", document);
   }
   std::cout << (json ? document : VerdictText(verdict, scene));
+  if (!json && !free_space.patches.empty()) {
+    std::cout << FreeSpaceText(free_space, "a refinement leaves them out") << '\n';
+  }
   if (verdict.verdict == Verdict::kWrong) {
     std::cout.flush();
     throw CannotBeRight("this cannot be right: " + verdict.reason);

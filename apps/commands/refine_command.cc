@@ -17,6 +17,7 @@
 #include "apps/commands/refine_texts.h"
 #include "apps/run/checkpoint.h"
 #include "apps/run/debug_images.h"
+#include "apps/run/free_space_output.h"
 #include "apps/run/judged_scene.h"
 #include "apps/run/output_folder.h"
 #include "apps/run/pipeline.h"
@@ -256,6 +257,11 @@ void RefineCommand::Run() {
   PipelineParts parts;
   parts.selection = &selection;
   parts.start = start.has_value() ? &*start : nullptr;
+  parts.on_free_space = [&](const FreeSpace& free_space) {
+    progress.Line(FreeSpaceText(free_space, options.surface.free_space == FreeSpaceAction::kCut
+                                                ? "they are cut away"
+                                                : "they take no part (surface.free_space)"));
+  };
   parts.observers.on_iteration = [&](const RefinementEvent& event) {
     checkpoint.events.push_back(event);
     progress.Update(event.done, EventText(event));

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/evidence/free_space.h"
 #include "core/mesh/mesh.h"
 #include "core/mesh/mesh_io.h"
 #include "core/refine/refinement.h"
@@ -39,6 +40,19 @@ struct VerdictOptions {
   void Describe(OptionSet* set);
 };
 
+// What is done about facets that photographs see through (core/evidence/free_space.h).
+enum class FreeSpaceAction { kKeep, kIgnore, kCut };
+inline Choices<FreeSpaceAction> ChoicesOf(FreeSpaceAction) {
+  return {{FreeSpaceAction::kKeep, "keep"},
+          {FreeSpaceAction::kIgnore, "ignore"},
+          {FreeSpaceAction::kCut, "cut"}};
+}
+
+struct SurfaceOptions {
+  FreeSpaceAction free_space = FreeSpaceAction::kIgnore;
+  void Describe(OptionSet* set);
+};
+
 // run.threads, of every command that has it.
 void DescribeThreads(int* threads, OptionSet* set);
 
@@ -61,6 +75,7 @@ struct PipelineOptions {
   SmoothnessOptions smooth;
   RefinementOptions refinement;
   VerdictOptions verdict;
+  SurfaceOptions surface;
   MemoryOptions memory;
   int threads = 0;  // 0 = all cores
   void Describe(OptionSet* set);
@@ -73,8 +88,10 @@ struct PipelineResult {
   PairSelection selection;
   RefinementSummary refinement;
   std::vector<VertexScalar>
-      quality;  // of `mesh`, as docs/options.md names them; empty if not asked for
+      quality;           // of `mesh`, as docs/options.md names them; empty if not asked for
+  FreeSpace free_space;  // of the mesh given; no patches with surface.free_space keep
   double selection_seconds = 0;
+  double free_space_seconds = 0;
 };
 
 // What a caller may bring to a run. Nothing is owned.
@@ -85,7 +102,8 @@ struct PipelineParts {
   std::vector<EnergyTerm*> more_terms;       // added to the energy
   LevelJudge* judge = nullptr;               // in place of the one that guard.levels asks for
   std::function<RoundTrial(const FrozenRound&)> solve_round;  // see RefinementParts
-  bool measure_quality = true;                                // fill PipelineResult::quality
+  std::function<void(const FreeSpace&)> on_free_space;  // before refining, where there is some
+  bool measure_quality = true;                          // fill PipelineResult::quality
 };
 
 // Throws InputError for anything wrong with scene, mesh or options.

@@ -10,6 +10,7 @@
 #include <opencv2/core/version.hpp>
 #include <sstream>
 
+#include "apps/run/free_space_output.h"
 #include "apps/run/turned_axes.h"
 #include "core/support/error.h"
 #include "core/support/fixed_text.h"
@@ -92,6 +93,7 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
                    {"faces", inputs.mesh->faces.size()}};
   json["verdict"] = inputs.verdict.empty() ? nlohmann::ordered_json()
                                            : nlohmann::ordered_json::parse(inputs.verdict);
+  json["free_space"] = FreeSpaceJson(result.free_space);
   json["output"] = {{"vertices", result.mesh.vertices.size()},
                     {"faces", result.mesh.faces.size()},
                     {"footprint", result.refinement.footprint}};
@@ -141,11 +143,10 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
   json["levels"] = levels;
   json["iterations"] = iterations;
   json["evaluations"] = evaluations;
-  json["seconds"] = {{"load", inputs.load_seconds},
-                     {"pairs", result.selection_seconds},
-                     {"verdict", inputs.verdict_seconds},
-                     {"refine", result.refinement.seconds},
-                     {"total", total_seconds}};
+  json["seconds"] = {
+      {"load", inputs.load_seconds},         {"pairs", result.selection_seconds},
+      {"verdict", inputs.verdict_seconds},   {"free_space", result.free_space_seconds},
+      {"refine", result.refinement.seconds}, {"total", total_seconds}};
   json["instruction_set"] = KernelInstructionSet();
   json["threads"] = ThreadsFor(options.threads);
   json["peak_memory_mib"] = std::round(PeakMemoryMib());

@@ -9,6 +9,7 @@
 #include "core/mesh/mesh_order.h"
 #include "core/mesh/subdivide.h"
 #include "core/refine/carry.h"
+#include "core/refine/facet_texture.h"
 #include "core/refine/hidden_folds.h"
 #include "core/refine/local_guard.h"
 #include "core/refine/round.h"
@@ -85,6 +86,10 @@ void Level::CutMesh(RefinementState* state) {
   subdivision.max_facet_px = task_.options.level.max_facet_px;
   subdivision.max_edge_px = task_.options.level.max_edge_px;
   subdivision.max_face_count = task_.options.level.max_faces;
+  const TriangleMesh whole = state->mesh;
+  const FacetTexture texture(views_, whole);
+  subdivision.is_worth_it = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                                const Eigen::Vector3d& c) { return texture.InTwoViews(a, b, c); };
   const SubdivisionReport split = SplitLargeFaces(&state->mesh, cameras, subdivision);
   std::vector<char>& was_supported = state->was_supported;
   for (const std::array<int, 2>& parents : split.new_vertex_parents) {
