@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "apps/run/pipeline.h"
 #include "core/synthetic/synthetic.h"
@@ -13,20 +14,36 @@
 namespace burin {
 namespace {
 
-// Two flat sheets, the second at z = 1, that nothing sees.
-struct Sheets {
-  Sheets() {
-    for (const double z : {0.0, 1.0}) {
-      test::AppendGrid(&mesh, kCells, 0, 0, 5, [z](double, double) { return z; });
-    }
+struct Surface {
+  explicit Surface(TriangleMesh of) : mesh(std::move(of)) {
     context.mesh = &mesh;
     context.faces = VertexFaces(mesh);
     context.neighbors = VertexNeighbors(mesh, context.faces);
-    See(false);
+    See(false, false);
   }
-  void See(bool seen) {
+  Surface(const Surface&) = delete;
+  Surface& operator=(const Surface&) = delete;
+  // Whether pairs see it, and whether its vertices move where none does.
+  void See(bool seen, bool moves) {
     context.seen.assign(mesh.vertices.size(), seen ? 1 : 0);
-    context.moves = context.seen;
+    context.moves.assign(mesh.vertices.size(), moves ? 1 : 0);
+  }
+  TriangleMesh mesh;
+  RoundContext context;
+};
+
+// Two flat sheets, the second at z = 1, that nothing sees. They face each other, or both look up.
+struct Sheets : Surface {
+  explicit Sheets(bool opposed = true) : Surface(Two(opposed)) {}
+  static TriangleMesh Two(bool opposed) {
+    TriangleMesh mesh;
+    for (const double z : {0.0, 1.0}) {
+      test::AppendGrid(&mesh, kCells, 0, 0, 5, [z](double, double) { return z; });
+    }
+    for (size_t f = mesh.faces.size() / 2; opposed && f < mesh.faces.size(); ++f) {
+      std::swap(mesh.faces[f][0], mesh.faces[f][1]);
+    }
+    return mesh;
   }
   // A dent of this depth in the middle of the upper one.
   void Dent(double depth) {
@@ -36,14 +53,24 @@ struct Sheets {
     }
   }
   static constexpr int kCells = 40;
-  TriangleMesh mesh;
-  RoundContext context;
 };
+
+// A sheet bent back on itself at x = 0, its halves at z = 0 and 0.2, the edges 1 long.
+TriangleMesh Hairpin() {
+  constexpr int kHalf = 10;
+  TriangleMesh mesh;
+  test::AppendGrid(&mesh, 2 * kHalf + 1, 0, 0, kHalf + 0.5, [](double, double) { return 0.0; });
+  for (Eigen::Vector3d& vertex : mesh.vertices) {
+    vertex.z() = vertex.x() > 0 ? 0.2 : 0;
+    vertex.x() = 0.5 - std::abs(vertex.x());
+  }
+  return mesh;
+}
 
 TEST(CrossingGuard, StopsASheetBeforeAnother) {
   for (const bool seen : {false, true}) {
     Sheets sheets;
-    sheets.See(seen);
+    sheets.See(seen, seen);
     CrossingGuard guard(sheets.mesh);
     const std::vector<Eigen::Vector3d> before = sheets.mesh.vertices;
     sheets.Dent(1.5);
@@ -96,24 +123,42 @@ TEST(CrossingGuard, WhatCrossesAlreadyMayComeBack) {
   EXPECT_EQ(guard.Facets(), 0);
 }
 
-// Vertices of a sheet that swap places fold it through itself within a ring or two.
+// Wrinkles of a doubled surface: no inside comes out.
+TEST(CrossingGuard, SheetsThatLookTheSameWayMayCross) {
+  Sheets sheets(/*opposed=*/false);
+  CrossingGuard guard(sheets.mesh);
+  const std::vector<Eigen::Vector3d> before = sheets.mesh.vertices;
+  sheets.Dent(1.5);
+  const std::vector<Eigen::Vector3d> wanted = sheets.mesh.vertices;
+  EXPECT_EQ(guard.EndRound(before, sheets.context, true, &sheets.mesh).found, 0);
+  EXPECT_EQ(sheets.mesh.vertices, wanted);
+  EXPECT_GT(guard.Facets(), 20);
+}
+
 TEST(CrossingGuard, FoldsOfWhatIsSeenAreLeftToThePhotographs) {
-  for (const bool seen : {true, false}) {
-    Sheets sheets;
-    sheets.See(seen);
-    CrossingGuard guard(sheets.mesh);
-    const std::vector<Eigen::Vector3d> before = sheets.mesh.vertices;
-    test::Random random(3);
-    for (Eigen::Vector3d& vertex : sheets.mesh.vertices) vertex += 0.25 * random.Vector();
-    const std::vector<Eigen::Vector3d> wanted = sheets.mesh.vertices;
-    const CrossingReport report = guard.EndRound(before, sheets.context, true, &sheets.mesh);
-    if (seen) {
-      EXPECT_EQ(report.found, 0);
-      EXPECT_EQ(sheets.mesh.vertices, wanted);
-      EXPECT_GT(guard.Facets(), 20);
-    } else {
+  struct Case {
+    bool seen;
+    bool moves;
+    bool counts;
+  };
+  for (const Case& at : {Case{true, true, false}, {false, true, false}, {false, false, true}}) {
+    Surface fold(Hairpin());
+    fold.See(at.seen, at.moves);
+    CrossingGuard guard(fold.mesh);
+    EXPECT_EQ(guard.Facets(), 0);
+    const std::vector<Eigen::Vector3d> before = fold.mesh.vertices;
+    for (Eigen::Vector3d& vertex : fold.mesh.vertices) {
+      if (vertex.z() > 0 && vertex.x() > -1.5) vertex.z() -= 0.3;
+    }
+    const std::vector<Eigen::Vector3d> wanted = fold.mesh.vertices;
+    const CrossingReport report = guard.EndRound(before, fold.context, true, &fold.mesh);
+    if (at.counts) {
       EXPECT_GT(report.found, 20);
       EXPECT_EQ(guard.Facets(), 0);
+    } else {
+      EXPECT_EQ(report.found, 0);
+      EXPECT_EQ(fold.mesh.vertices, wanted);
+      EXPECT_GT(guard.Facets(), 20);
     }
   }
 }

@@ -1,5 +1,6 @@
 #include "core/refine/crossing_guard.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <iterator>
 
@@ -55,22 +56,36 @@ class SurfaceDistance {
 // Which pairs a round must not leave behind.
 class NewPairs {
  public:
-  NewPairs(const std::vector<FacetPair>& before, const RoundContext& context,
-           const TriangleMesh& mesh)
-      : context_(context), mesh_(mesh), distance_(context, mesh), crossed_(mesh.faces.size(), 0) {
-    for (const FacetPair& pair : before) crossed_[pair.first] = crossed_[pair.second] = 1;
+  NewPairs(const std::vector<FacetPair>& crossing, const std::vector<Eigen::Vector3d>& before,
+           const RoundContext& context, const TriangleMesh& mesh)
+      : before_(before),
+        context_(context),
+        mesh_(mesh),
+        distance_(context, mesh),
+        crossed_(mesh.faces.size(), 0) {
+    for (const FacetPair& pair : crossing) crossed_[pair.first] = crossed_[pair.second] = 1;
   }
 
   std::vector<FacetPair> Of(const std::vector<FacetPair>& pairs) {
     std::vector<FacetPair> found;
     std::copy_if(pairs.begin(), pairs.end(), std::back_inserter(found), [&](const FacetPair& pair) {
       if (crossed_[pair.first] != 0 || crossed_[pair.second] != 0) return false;
+      if (!FaceEachOther(pair)) return false;
       return !MayBeAFold(pair) || !distance_.Near(pair.first, pair.second);
     });
     return found;
   }
 
  private:
+  bool FaceEachOther(const FacetPair& pair) const {
+    const auto normal = [this](int facet) {
+      const Eigen::Vector3i& face = mesh_.faces[facet];
+      const Eigen::Vector3d& corner = before_[face[0]];
+      return (before_[face[1]] - corner).cross(before_[face[2]] - corner).eval();
+    };
+    return normal(pair.first).dot(normal(pair.second)) < 0;
+  }
+
   // All of it is seen, or a part is on its way out of sight.
   bool MayBeAFold(const FacetPair& pair) const {
     bool seen = true;
@@ -84,6 +99,7 @@ class NewPairs {
     return seen;
   }
 
+  const std::vector<Eigen::Vector3d>& before_;
   const RoundContext& context_;
   const TriangleMesh& mesh_;
   SurfaceDistance distance_;
@@ -162,7 +178,7 @@ class PartialMotion {
 CrossingReport CrossingGuard::EndRound(const std::vector<Eigen::Vector3d>& before,
                                        const RoundContext& context, bool take_back,
                                        TriangleMesh* mesh) {
-  NewPairs new_pairs(pairs_, context, *mesh);
+  NewPairs new_pairs(pairs_, before, context, *mesh);
   const CrossingSearch search(mesh->faces, before, mesh->vertices);
   pairs_ = search.Find(mesh->vertices);
   std::vector<FacetPair> fresh = new_pairs.Of(pairs_);

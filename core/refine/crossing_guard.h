@@ -6,9 +6,10 @@
 // can meet what moved on, so vertices are added on the way; the number of turns is bounded, and what is left is
 // reported.
 //
-// Bridges over depth steps fold away on purpose, through themselves: pairs that lie within some rings of each other
-// and of which some pair of views sees every vertex, or of which a vertex is on its way out of sight
-// (core/refine/hidden_folds.h), do not count as new.
+// Not all that crosses is a sheet that comes through another. Facets that look the same way are wrinkles of a doubled
+// surface: they do not count. Bridges over depth steps fold away on purpose, through themselves: pairs that lie within
+// some rings of each other do not count where every vertex is seen by some pair of views, or one is on its way out of
+// sight (core/refine/hidden_folds.h).
 #pragma once
 
 #include <vector>
