@@ -5,8 +5,10 @@
 
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "apps/run/pipeline.h"
+#include "core/support/parallel.h"
 #include "core/synthetic/synthetic.h"
 #include "core/visibility/mesh_rays.h"
 #include "tests/test_scene.h"
@@ -121,6 +123,20 @@ TEST(CrossingGuard, WhatCrossesAlreadyMayComeBack) {
   EXPECT_EQ(report.found, 0);
   EXPECT_EQ(sheets.mesh.vertices, wanted);
   EXPECT_EQ(guard.Facets(), 0);
+}
+
+TEST(CrossingGuard, DoesTheSameForAnyNumberOfThreads) {
+  std::vector<std::vector<Eigen::Vector3d>> results;
+  for (const int threads : {1, 3}) {
+    const ThreadScope scope(threads);
+    Sheets sheets;
+    CrossingGuard guard(sheets.mesh);
+    const std::vector<Eigen::Vector3d> before = sheets.mesh.vertices;
+    sheets.Dent(1.5);
+    EXPECT_GT(guard.EndRound(before, sheets.context, true, &sheets.mesh).taken_back, 0);
+    results.push_back(sheets.mesh.vertices);
+  }
+  EXPECT_EQ(results[0], results[1]);
 }
 
 // Wrinkles of a doubled surface: no inside comes out.

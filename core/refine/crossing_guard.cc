@@ -9,8 +9,8 @@ namespace {
 
 constexpr int kHalvings = 3;  // before displacements are taken back whole
 constexpr int kTurns = 8;
-constexpr int kRings = 1;
-constexpr int kNear = 6;
+constexpr int kRings = 1;  // around the facets, taken back with them
+constexpr int kNear = 6;   // edges
 
 // Which facets lie near each other on the surface.
 class SurfaceDistance {
@@ -70,14 +70,14 @@ class NewPairs {
     std::vector<FacetPair> found;
     std::copy_if(pairs.begin(), pairs.end(), std::back_inserter(found), [&](const FacetPair& pair) {
       if (crossed_[pair.first] != 0 || crossed_[pair.second] != 0) return false;
-      if (!FaceEachOther(pair)) return false;
+      if (!Opposed(pair)) return false;
       return !MayBeAFold(pair) || !distance_.Near(pair.first, pair.second);
     });
     return found;
   }
 
  private:
-  bool FaceEachOther(const FacetPair& pair) const {
+  bool Opposed(const FacetPair& pair) const {
     const auto normal = [this](int facet) {
       const Eigen::Vector3i& face = mesh_.faces[facet];
       const Eigen::Vector3d& corner = before_[face[0]];
