@@ -276,6 +276,7 @@ void RefineCommand::Run() {
     } else if (level.undone_vertices > 0) {
       progress.Line(UndoneText(level));
     }
+    if (options.refinement.guard.crossings != Crossings::kOff) progress.Line(CrossingsText(level));
     if (!level_meshes || level.interrupted) return;
     WriteMesh(LevelPath(folder, level.level), now);
   };

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <sstream>
 
+#include "core/support/fixed_text.h"
+
 namespace burin {
 namespace {
 
@@ -98,6 +100,18 @@ std::string UndoneText(const LevelSummary& level) {
   return LevelName(level) + ": parts of the mesh set back, " +
          std::to_string(level.undone_vertices) +
          " vertices: photographs held back agree less with them";
+}
+
+std::string CrossingsText(const LevelSummary& level) {
+  std::ostringstream text;
+  text << LevelName(level) << ": facets that cross others " << level.crossing_facets.before
+       << " -> " << level.crossing_facets.after << " of " << level.faces << ", back faces "
+       << Fixed(100 * level.back_faces.before, 2) << " -> "
+       << Fixed(100 * level.back_faces.after, 2) << " % of the mesh's pixels";
+  if (level.TakenBack() > 0) {
+    text << "; " << level.TakenBack() << " vertices stopped before they cross";
+  }
+  return text.str();
 }
 
 std::string InterruptedText(const LevelSummary& level) {

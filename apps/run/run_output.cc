@@ -38,6 +38,9 @@ nlohmann::ordered_json RoundJson(const RoundSummary& round) {
                    {"stretched_edges", round.guard.stretched_edges},
                    {"far_vertices", round.guard.far_vertices},
                    {"reverted_vertices", round.guard.reverted_vertices}};
+  json["crossings"] = {{"found", round.crossings.found},
+                       {"left", round.crossings.left},
+                       {"taken_back", round.crossings.taken_back}};
   json["energy_initial"] = round.energy_initial;
   json["energy_final"] = round.energy_final;
   json["terms"] = round.terms;
@@ -129,6 +132,10 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
     entry["left_out"] = level.left_out;
     entry["undone"] = level.undone;
     entry["undone_vertices"] = level.undone_vertices;
+    entry["crossings"] = {{"before", level.crossing_facets.before},
+                          {"after", level.crossing_facets.after},
+                          {"taken_back", level.TakenBack()}};
+    entry["back_faces"] = {{"before", level.back_faces.before}, {"after", level.back_faces.after}};
     entry["interrupted"] = level.interrupted;
     entry["rounds"] = nlohmann::ordered_json::array();
     for (const RoundSummary& round : level.rounds) {

@@ -16,6 +16,7 @@
 #include "core/refine/support.h"
 #include "core/support/error.h"
 #include "core/support/stopwatch.h"
+#include "core/visibility/back_faces.h"
 
 namespace burin {
 namespace {
@@ -51,6 +52,10 @@ void Level::Run(RefinementState* state, RefinementProgress* progress) {
   }
   state->summary.levels.back().image_seconds += image_seconds_;
   mesh_ = Ordered(state->mesh, state->order);
+  if (task_.options.guard.crossings != Crossings::kOff) {
+    crossings_.emplace(mesh_);
+    if (state->round == 0) CountAtStart(state);
+  }
   if (state->round > 0) ShowJudgeTheStart(*state);
   const int rounds = Rounds(*state);
   progress->RoundsSpared(level_, task_.options.level.RoundsAt(level_) - rounds);
@@ -68,6 +73,7 @@ void Level::Run(RefinementState* state, RefinementProgress* progress) {
   summary.left_out = summary.rounds.empty();
   summary.interrupted = progress->stopped();
   if (!summary.left_out) Judge(state);
+  if (crossings_.has_value()) CountAtEnd(state);
   if (task_.observers.on_level) task_.observers.on_level(summary, task_.world.ToWorld(state->mesh));
 }
 
@@ -114,6 +120,32 @@ void Level::CutMesh(RefinementState* state) {
   level.vertices = static_cast<int>(state->mesh.vertices.size());
   level.faces = static_cast<int>(state->mesh.faces.size());
   level.reached_bound = split.reached_bound;
+}
+
+void Level::CountAtStart(RefinementState* state) {
+  std::vector<LevelSummary>& levels = state->summary.levels;
+  LevelSummary& level = levels.back();
+  level.crossing_facets.before = crossings_->Facets();
+  // To split facets changes nothing that a view sees.
+  level.back_faces.before =
+      levels.size() > 1 ? levels[levels.size() - 2].back_faces.after : BackFaceShare(*state);
+}
+
+void Level::CountAtEnd(RefinementState* state) {
+  LevelSummary& level = state->summary.levels.back();
+  if (level.undone_vertices > 0) crossings_.emplace(Ordered(state->mesh, state->order));
+  level.crossing_facets.after = crossings_->Facets();
+  level.back_faces.after = level.left_out ? level.back_faces.before : BackFaceShare(*state);
+}
+
+double Level::BackFaceShare(const RefinementState& state) const {
+  std::vector<Camera> cameras;
+  for (const LevelView& view : views_) {
+    if (!view.at.takes_part) continue;
+    cameras.push_back(
+        view.camera.Resized((view.camera.width + 1) / 2, (view.camera.height + 1) / 2));
+  }
+  return CountBackFaces(state.mesh, cameras).Share();
 }
 
 std::unique_ptr<Level::Frozen> Level::Freeze(const RefinementState& state, bool hold_back) const {
@@ -163,6 +195,10 @@ bool Level::RunRound(RefinementState* state, RefinementProgress* progress) {
   summary.carried_vertices = CarryAlong(context.neighbors, context.moves, before, &mesh_);
   if (task_.options.hidden == HiddenVertices::kRelax) {
     summary.relaxed_vertices = RelaxHiddenFolds(context, kRelaxSweeps, &mesh_);
+  }
+  if (crossings_.has_value()) {
+    summary.crossings = crossings_->EndRound(
+        before, context, task_.options.guard.crossings == Crossings::kTakeBack, &mesh_);
   }
   RestoreVertices(mesh_, state->order, &state->mesh);
   for (const auto& [term, round] : *frozen_->terms) summary.terms[term->Name()] = round->Report();
