@@ -22,22 +22,6 @@ std::vector<int> IndexWithout(const Scene& scene, const std::vector<std::string>
   return index;
 }
 
-// The scene without the views of index -1.
-Scene WithoutViews(const Scene& scene, const std::vector<int>& index) {
-  Scene without;
-  for (size_t v = 0; v < scene.views.size(); ++v) {
-    if (index[v] >= 0) without.views.push_back(scene.views[v]);
-  }
-  for (const ScenePoint& point : scene.points) {
-    ScenePoint kept{point.position, {}};
-    for (const int view : point.views) {
-      if (index[view] >= 0) kept.views.push_back(index[view]);
-    }
-    without.points.push_back(std::move(kept));
-  }
-  return without;
-}
-
 std::vector<CameraPair> Renamed(const std::vector<CameraPair>& pairs,
                                 const std::vector<int>& index) {
   std::vector<CameraPair> renamed;
