@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "apps/run/turned_axes.h"
+#include "core/scene/doubts.h"
 #include "core/support/error.h"
 #include "core/support/parallel.h"
 #include "core/support/stopwatch.h"
@@ -86,6 +87,7 @@ JudgedScene JudgeAndSelect(const Scene& scene, const TriangleMesh& mesh,
   const ThreadScope threads(options.threads);
   const VerdictOptions& wanted = options.verdict;
   JudgedScene judged;
+  judged.lines = DoubtsAbout(scene);
   if (wanted.action == VerdictAction::kOff) {
     judged.selection = SelectPairs(scene, mesh, options.pairs);
     return judged;

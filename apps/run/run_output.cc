@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "apps/run/turned_axes.h"
+#include "core/scene/doubts.h"
 #include "core/support/error.h"
 #include "core/support/fixed_text.h"
 #include "core/support/parallel.h"
@@ -88,6 +89,7 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
                    {"mesh_checks", inputs.mesh_report},
                    {"views", inputs.scene->views.size()},
                    {"points", inputs.scene->points.size()},
+                   {"doubts", DoubtsAbout(*inputs.scene)},
                    {"vertices", inputs.mesh->vertices.size()},
                    {"faces", inputs.mesh->faces.size()}};
   json["verdict"] = inputs.verdict.empty() ? nlohmann::ordered_json()

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/scene/doubts.h"
 #include "core/support/fixed_text.h"
 #include "core/support/median.h"
 
@@ -163,6 +164,18 @@ std::vector<int> Misfits(const std::vector<WindowMatch>& matches, size_t views) 
   return misfits;
 }
 
+// Adds views that their tracks speak against, and no photograph for.
+void AddMisfitsByTracks(const std::vector<WindowMatch>& matches, const TrackErrors& tracks,
+                        size_t views, std::vector<int>* misfits) {
+  if (tracks.MostAreOff()) return;
+  const std::vector<Matches> by_view = ByView(Fitting(matches, *misfits), views);
+  for (const int view : tracks.off) {
+    const bool fits = OnLineByPartner(by_view[view], view) >= kLeastOnLine;
+    const bool known = std::find(misfits->begin(), misfits->end(), view) != misfits->end();
+    if (!fits && !known) misfits->push_back(view);
+  }
+}
+
 // What there is to say when there are too few windows.
 std::string WhyNoWindows(const Scene& scene, size_t windows) {
   int largest = 0;
@@ -231,6 +244,26 @@ void JudgeFromAfar(const std::vector<WindowMatch>& matches, SceneVerdict* verdic
   }
 }
 
+// Most views have their sparse points elsewhere than measured.
+void JudgeByTracks(const Scene& scene, SceneVerdict* verdict) {
+  const Evidence& evidence = verdict->evidence;
+  const std::string reason =
+      "cameras and sparse points are not of one reconstruction: in " +
+      std::to_string(verdict->tracks.off.size()) + " of " + std::to_string(verdict->tracks.known) +
+      " views these are not where they were measured (" + TrackErrorText(scene) + ")";
+  const bool photographs_fit =
+      evidence.on_line >= kLeastOnLine && evidence.at_place >= kLeastAtPlace;
+  const bool adds = verdict->verdict == Verdict::kWrong ||
+                    (verdict->verdict == Verdict::kDoubtful && photographs_fit);
+  verdict->reason = adds ? verdict->reason + "; " + reason : reason;
+  if (!photographs_fit) {
+    verdict->verdict = Verdict::kWrong;
+  } else if (verdict->verdict == Verdict::kGood) {
+    verdict->verdict = Verdict::kDoubtful;
+    verdict->reason += "; but the photographs fit";
+  }
+}
+
 // Views whose photograph is that of another view too, byte by byte.
 int SharedPhotographs(const Scene& scene) {
   std::map<std::string_view, int> views_of;
@@ -264,6 +297,11 @@ SceneVerdict JudgeMatches(const Scene& scene, std::vector<WindowMatch> matches) 
       verdict.evidence = rest;
     }
   }
+  verdict.tracks = MeasureTrackErrors(scene);
+  if (!verdict.tracks.off.empty()) {
+    AddMisfitsByTracks(verdict.matches, verdict.tracks, views, &verdict.misfits);
+    verdict.evidence = EvidenceOf(Fitting(verdict.matches, verdict.misfits));
+  }
   verdict.views.resize(views);
   for (const int view : verdict.misfits) verdict.views[view].misfit = true;
   // A view that does not fit has its figures from all pairs, the others from pairs that fit.
@@ -284,6 +322,7 @@ SceneVerdict JudgeScene(const Scene& scene, const TriangleMesh& mesh,
   if (verdict.verdict == Verdict::kWrong) {
     JudgeFromAfar(MatchWindows(scene, mesh, pairs, kCoarseSidePx), &verdict);
   }
+  if (verdict.tracks.MostAreOff()) JudgeByTracks(scene, &verdict);
   const int shared = SharedPhotographs(scene);
   if (2 * static_cast<size_t>(shared) > scene.views.size()) {
     verdict.verdict = Verdict::kWrong;
