@@ -14,6 +14,7 @@
 #include "core/mesh/mesh_io.h"
 #include "core/scene/formats/colmap.h"
 #include "core/scene/track_errors.h"
+#include "core/support/error.h"
 #include "core/synthetic/synthetic.h"
 #include "tests/program_test.h"
 
@@ -215,6 +216,26 @@ TEST(Doubts, PhotographsOverruleTracks) {
   EXPECT_THAT(one.tracks.off, ElementsAre(3));
   EXPECT_THAT(one.misfits, IsEmpty());
   EXPECT_THAT(DoubtsAbout(scene), ElementsAre(HasSubstr("measured: view_003.png ")));
+}
+
+// Mirrored poses may leave no pair at all; that, too, says why.
+TEST(Doubts, AreSaidWhereNoPairIsLeft) {
+  const Scene scene = Spoilt(Small(), [](Scene* spoilt) {
+    for (View& view : spoilt->views) {
+      const Eigen::DiagonalMatrix<double, 3> turn(-1, 1, -1);  // looks away
+      view.camera.rotation = turn * view.camera.rotation;
+      view.camera.translation = turn * view.camera.translation;
+    }
+  });
+  PairSelection selection;
+  double seconds = 0;
+  try {
+    SelectAndJudge(scene, Small().init, PairsOptions(), &selection, &seconds);
+    ADD_FAILURE() << "there are pairs";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("no camera pair"));
+    EXPECT_THAT(error.what(), HasSubstr("measured: view_000.png behind the camera, view_001.png"));
+  }
 }
 
 class DoubtsOnCommandLine : public ProgramTest {};

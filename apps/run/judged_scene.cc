@@ -57,7 +57,9 @@ SceneVerdict SelectAndJudge(const Scene& scene, const TriangleMesh& mesh,
   try {
     *selection = SelectPairs(scene, mesh, options);
   } catch (const InputError& error) {
-    throw InputError(error.what() + hint());
+    std::string reason = error.what() + hint();
+    for (const std::string& doubt : DoubtsAbout(scene)) reason += "; " + doubt;
+    throw InputError(reason);
   }
   const Stopwatch watch;
   SceneVerdict verdict = JudgeScene(scene, mesh, selection->pairs);

@@ -244,23 +244,25 @@ void JudgeFromAfar(const std::vector<WindowMatch>& matches, SceneVerdict* verdic
   }
 }
 
-// Most views have their sparse points elsewhere than measured.
+// Most views have their sparse points elsewhere than measured. Photographs that can tell decide.
 void JudgeByTracks(const Scene& scene, SceneVerdict* verdict) {
-  const Evidence& evidence = verdict->evidence;
   const std::string reason =
       "cameras and sparse points are not of one reconstruction: in " +
       std::to_string(verdict->tracks.off.size()) + " of " + std::to_string(verdict->tracks.known) +
       " views these are not where they were measured (" + TrackErrorText(scene) + ")";
-  const bool photographs_fit =
-      evidence.on_line >= kLeastOnLine && evidence.at_place >= kLeastAtPlace;
-  const bool adds = verdict->verdict == Verdict::kWrong ||
-                    (verdict->verdict == Verdict::kDoubtful && photographs_fit);
-  verdict->reason = adds ? verdict->reason + "; " + reason : reason;
-  if (!photographs_fit) {
-    verdict->verdict = Verdict::kWrong;
-  } else if (verdict->verdict == Verdict::kGood) {
-    verdict->verdict = Verdict::kDoubtful;
-    verdict->reason += "; but the photographs fit";
+  switch (verdict->verdict) {
+    case Verdict::kGood:
+      verdict->verdict = Verdict::kDoubtful;
+      verdict->reason = reason + "; but the photographs fit";
+      break;
+    case Verdict::kDoubtful:
+    case Verdict::kWrong:
+      verdict->reason += "; " + reason;
+      break;
+    case Verdict::kCannotTell:
+      verdict->verdict = Verdict::kWrong;
+      verdict->reason = reason;
+      break;
   }
 }
 
@@ -299,8 +301,13 @@ SceneVerdict JudgeMatches(const Scene& scene, std::vector<WindowMatch> matches) 
   }
   verdict.tracks = MeasureTrackErrors(scene);
   if (!verdict.tracks.off.empty()) {
-    AddMisfitsByTracks(verdict.matches, verdict.tracks, views, &verdict.misfits);
-    verdict.evidence = EvidenceOf(Fitting(verdict.matches, verdict.misfits));
+    std::vector<int> misfits = verdict.misfits;
+    AddMisfitsByTracks(verdict.matches, verdict.tracks, views, &misfits);
+    const Evidence rest = EvidenceOf(Fitting(verdict.matches, misfits));
+    if (!(rest.on_line < kLeastOfRest)) {
+      verdict.misfits = std::move(misfits);
+      verdict.evidence = rest;
+    }
   }
   verdict.views.resize(views);
   for (const int view : verdict.misfits) verdict.views[view].misfit = true;

@@ -21,9 +21,10 @@
 //   good          else
 //
 // Sparse points add to it, where structure from motion's measurements of them are known
-// (core/scene/track_errors.h). A view whose median error is above 16 px or 1 % of its longer side does not fit either, unless its own E is
-// 0.33 or more. When that is so for most views, cameras and points are not of one reconstruction: wrong, but
-// where E and A are as those of good scenes, doubtful.
+// (core/scene/track_errors.h). A view whose median error is above 16 px or 1 % of its longer side does not
+// fit either, unless its own E is 0.33 or more, or the rest would have an E below 0.4. When that is so for
+// most views, none is named, and cameras and points are not of one reconstruction: wrong where E and A
+// cannot tell, doubtful where they are good.
 //
 // Where more than half of the views have a photograph that another view has too, it is wrong in any case.
 // What is wrong is looked at again in images of at most 256 px, where the search reaches further. A < 0.6
