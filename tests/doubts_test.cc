@@ -198,7 +198,7 @@ TEST(Doubts, PhotographsOverruleTracks) {
   for (size_t p = 0; p < scene.points.size(); ++p) {
     twice.BeginPoint();
     one_view.BeginPoint();
-    for (Measurement measured : scene.tracks.Of(p)) {
+    for (const Measurement& measured : scene.tracks.Of(p)) {
       Measurement moved = measured;
       moved.image_point *= 2;
       twice.Add(moved);
