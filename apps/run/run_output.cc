@@ -12,6 +12,7 @@
 
 #include "apps/run/free_space_output.h"
 #include "apps/run/turned_axes.h"
+#include "core/scene/doubts.h"
 #include "core/support/error.h"
 #include "core/support/fixed_text.h"
 #include "core/support/parallel.h"
@@ -92,6 +93,7 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
                    {"mesh_checks", inputs.mesh_report},
                    {"views", inputs.scene->views.size()},
                    {"points", inputs.scene->points.size()},
+                   {"doubts", DoubtsAbout(*inputs.scene)},
                    {"vertices", inputs.mesh->vertices.size()},
                    {"faces", inputs.mesh->faces.size()}};
   json["verdict"] = inputs.verdict.empty() ? nlohmann::ordered_json()
