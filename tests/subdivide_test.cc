@@ -186,7 +186,9 @@ TEST(SplitLargeFaces, SquareIsSplitToTheBoundAndNoFurther) {
 TEST(SplitLargeFaces, ClosedSurfaceStaysClosedAndOnlyTheSeenSideIsSplit) {
   const Camera camera = LookAt({0, 0, 5}, {0, 0, 0});
   TriangleMesh mesh = Octahedron();
-  const SubdivisionReport report = SplitLargeFaces(&mesh, {camera}, {2});
+  SubdivisionOptions options;
+  options.max_facet_px = 2;
+  const SubdivisionReport report = SplitLargeFaces(&mesh, {camera}, options);
   ExpectBound(mesh, {camera}, 2);
   ExpectSameSurface(Octahedron(), mesh, report);
   const MeshReport check = CheckMesh(mesh);
