@@ -27,7 +27,7 @@ constexpr double kWellInFront = 0.93;    // of the depth of a measured point
 constexpr double kOnSurface = 0.03;
 constexpr int kLeastAgainst = 6;
 constexpr int kAgainstPerFor = 4;
-constexpr double kAroundPx = 60;
+constexpr double kAround = 0.08;  // of the photograph's longer side: a vote's surroundings
 constexpr int kLeastAround = 4;
 constexpr int kUnknownSteps = 10;          // over facets that no ray of the grid meets
 constexpr double kLeastBehindShare = 0.8;  // of a facet's rays
@@ -35,7 +35,7 @@ constexpr double kLeastBehindShare = 0.8;  // of a facet's rays
 // Where a view's ray meets a facet that it votes against or for.
 struct Vote {
   Eigen::Vector3d at;
-  double footprint;  // of a pixel of the reduced photograph there
+  double reach;  // kAround there
   int facet;
   bool against;
 };
@@ -63,6 +63,10 @@ struct Votes {
     }
   }
 };
+
+double ReachAt(const Camera& camera, const Eigen::Vector3d& point) {
+  return kAround * std::max(camera.width, camera.height) * camera.Footprint(point);
+}
 
 class FreeSpaceJury {
  public:
@@ -202,16 +206,16 @@ class FreeSpaceJury {
       const std::optional<RayHit> behind = Behind(camera, place.at, camera.Depth(place.point));
       const std::optional<float> here =
           Agreement(i, place.at, place.facet, place.point, behind ? &behind->point : nullptr);
-      const double footprint = camera.Footprint(place.point);
+      const double reach = ReachAt(camera, place.point);
       if (here.has_value() && *here >= kAgrees) {
-        votes->Add({place.point, footprint, place.facet, false});
+        votes->Add({place.point, reach, place.facet, false});
       }
       if (!behind.has_value()) continue;
       const std::optional<float> there =
           Agreement(i, place.at, behind->face, behind->point, &place.point);
       if (there.has_value() && *there >= kAgrees && here.value_or(-1) <= *there - kClearlyBetter &&
           CoversWindow(camera, place.at, (camera.Depth(place.point) + behind->distance) / 2)) {
-        votes->Add({place.point, footprint, place.facet, true});
+        votes->Add({place.point, reach, place.facet, true});
       }
     }
   }
@@ -226,7 +230,7 @@ class FreeSpaceJury {
       if (!First(camera, ray, &hit)) continue;
       const bool against = hit.distance < kWellInFront * depth;
       if (!against && std::abs(hit.distance - depth) > kOnSurface * depth) continue;
-      votes->Add({hit.point, camera.Footprint(hit.point), hit.face, against});
+      votes->Add({hit.point, ReachAt(camera, hit.point), hit.face, against});
     }
   }
 
@@ -247,17 +251,16 @@ class FreeSpaceJury {
   std::vector<std::vector<const Eigen::Vector3d*>> points_of_;  // by view
 };
 
-// Facets with a vote against them that those around it bear out: within kAroundPx at least kLeastAround are
+// Facets with a vote against them that those around it bear out: within its reach at least kLeastAround are
 // against, and kAgainstPerFor times as many as for.
 std::vector<char> BorneOut(const Votes& votes, size_t facets) {
   std::vector<char> seed(facets, 0);
   for (const Vote& vote : votes.list) {
     if (!vote.against || votes.against[vote.facet] <= votes.in_favour[vote.facet]) continue;
-    const double reach = kAroundPx * vote.footprint;
     int against = 0;
     int in_favour = 0;
     for (const Vote& other : votes.list) {
-      if ((other.at - vote.at).squaredNorm() > reach * reach) continue;
+      if ((other.at - vote.at).squaredNorm() > vote.reach * vote.reach) continue;
       ++(other.against ? against : in_favour);
     }
     if (against >= kLeastAround && against >= kAgainstPerFor * in_favour) seed[vote.facet] = 1;

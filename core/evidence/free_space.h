@@ -9,8 +9,8 @@
 //  - A sparse point that a view measured. It votes against a facet that the ray to it meets well in front of
 //    it, and for one that it lies on.
 //
-// Where at least four votes within 60 px of a vote against a facet are against what is there, and four times as
-// many as for it, the facet is the seed of a patch. It grows over neighbours that nothing speaks for and behind
+// Where at least four votes around a vote against a facet, within 8 % of the photograph's longer side, are
+// against what is there, and four times as many as for it, the facet is the seed of a patch. It grows over neighbours that nothing speaks for and behind
 // which views see something far away. Such a patch is in free space when at least six votes are against it, and
 // at most a quarter as many for it. Where it is most of a part of the mesh and nothing speaks for the rest, the
 // rest goes with it.
