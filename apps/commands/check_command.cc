@@ -8,9 +8,9 @@
 #include "apps/commands/command.h"
 #include "apps/commands/commands.h"
 #include "apps/run/judged_scene.h"
+#include "apps/run/mesh_parts.h"
 #include "apps/run/output_folder.h"
 #include "apps/run/pipeline.h"
-#include "apps/run/run_output.h"
 #include "apps/run/scene_arguments.h"
 #include "apps/run/verdict_output.h"
 #include "core/evidence/offset_picture.h"
@@ -40,17 +40,18 @@ void CheckCommand::Run() const {
   const ThreadScope threads(options.threads);
   std::optional<OutputFolder> output;
   if (!output_path.empty()) output.emplace(output_path);
-  const TriangleMesh mesh = ReadMesh(mesh_path);
+  TriangleMesh mesh = ReadMesh(mesh_path);
   const Scene scene = LoadScene(source.Source());
-  CheckMeshIsSeen(scene, mesh, mesh_path);
+  const MeshParts parts = OrientAndCheck(scene, options.mesh, mesh_path, &mesh);
   PairSelection selection;
   double seconds = 0;
   const SceneVerdict verdict = SelectAndJudge(scene, mesh, options.pairs, &selection, &seconds);
-  const std::string document = JsonText(VerdictJson(verdict, scene, {}));
+  const std::string document = JsonText(CheckJson(verdict, scene, parts));
   if (output.has_value()) {
     WritePicture(output->path() / "offsets.png", OffsetPicture(verdict, scene));
     WriteTextAtomically(output->path() / "verdict.json", document);
   }
+  for (const std::string& line : parts.lines) std::cerr << line << "\n";
   std::cout << (json ? document : VerdictText(verdict, scene));
   if (verdict.verdict == Verdict::kWrong) {
     std::cout.flush();

@@ -52,8 +52,9 @@ void SelectCommand::Run() {
   const OutputFolder output(output_path);
   const std::filesystem::path& folder = output.path();
   const Scene scene = LoadScene(source.Source(), /*with_images=*/false);
-  const TriangleMesh mesh = ReadMesh(mesh_path);
-  CheckMeshIsSeen(scene, mesh, mesh_path);
+  TriangleMesh mesh = ReadMesh(mesh_path);
+  const MeshParts parts = OrientAndCheck(scene, options.mesh, mesh_path, &mesh);
+  for (const std::string& line : parts.lines) std::cerr << line << "\n";
   const Stopwatch watch;
   const PairsRecipe recipe = Resolve(options.pairs);
   const PairSurvey survey = SurveyPairs(scene, mesh, recipe.survey);

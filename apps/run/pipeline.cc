@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "apps/run/measure_closing.h"
 #include "core/support/error.h"
 #include "core/support/parallel.h"
 #include "core/support/stopwatch.h"
@@ -34,11 +35,13 @@ void DescribeThreads(int* threads, OptionSet* set) {
 }
 
 void SelectOptions::Describe(OptionSet* set) {
+  mesh.Describe(set);
   pairs.Describe(set);
   DescribeThreads(&threads, set);
 }
 
 void PipelineOptions::Describe(OptionSet* set) {
+  mesh.Describe(set);
   pairs.Describe(set);
   photo.Describe(set);
   smooth.Describe(set);
@@ -124,8 +127,11 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
   RefinementObservers observers = parts.observers;
   if (parts.measure_quality) {
     observers.on_end = [&](const RefinementEnd& end) {
-      result.quality =
-          QualityScalars(end, MeasureVertexQuality(*end.mesh, &photometric.RoundOf(*end.terms)));
+      const VertexQuality quality =
+          MeasureVertexQuality(*end.mesh, &photometric.RoundOf(*end.terms));
+      result.quality = QualityScalars(end, quality);
+      result.closing = MeasureClosing(scene, mesh, result.selection, checked.refinement.level,
+                                      checked.photo, judged && held_back.empty(), end, quality);
       if (parts.observers.on_end) parts.observers.on_end(end);
     };
   }

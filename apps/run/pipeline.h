@@ -3,9 +3,12 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "apps/run/closing.h"
+#include "apps/run/mesh_parts.h"
 #include "core/mesh/mesh.h"
 #include "core/mesh/mesh_io.h"
 #include "core/refine/refinement.h"
@@ -44,6 +47,7 @@ void DescribeThreads(int* threads, OptionSet* set);
 
 // Of commands that choose pairs and refine nothing.
 struct SelectOptions {
+  MeshOptions mesh;
   PairsOptions pairs;
   int threads = 0;  // 0 = all cores
   void Describe(OptionSet* set);
@@ -56,6 +60,7 @@ struct MemoryOptions {
 
 // Mirrors the stages; every option of a run is in here.
 struct PipelineOptions {
+  MeshOptions mesh;  // of commands, which orient it before RunPipeline (apps/run/mesh_parts.h)
   PairsOptions pairs;
   PhotometricOptions photo;
   SmoothnessOptions smooth;
@@ -74,6 +79,7 @@ struct PipelineResult {
   RefinementSummary refinement;
   std::vector<VertexScalar>
       quality;  // of `mesh`, as docs/options.md names them; empty if not asked for
+  std::optional<ClosingFigures> closing;  // likewise
   double selection_seconds = 0;
 };
 
@@ -85,7 +91,7 @@ struct PipelineParts {
   std::vector<EnergyTerm*> more_terms;       // added to the energy
   LevelJudge* judge = nullptr;               // in place of the one that guard.levels asks for
   std::function<RoundTrial(const FrozenRound&)> solve_round;  // see RefinementParts
-  bool measure_quality = true;                                // fill PipelineResult::quality
+  bool measure_quality = true;  // fill PipelineResult::quality and closing
 };
 
 // Throws InputError for anything wrong with scene, mesh or options.

@@ -85,6 +85,7 @@ class Level {
   const int level_;
   SolverOptions solver_;
   double image_seconds_ = 0;
+  int64_t windows_ = 0;  // that count at the start of the round in work
   std::vector<LevelView> views_;
   TriangleMesh mesh_;               // the state's, in the order of its `order`
   std::unique_ptr<Frozen> frozen_;  // the round that mesh_ came from, or of mesh_; else null

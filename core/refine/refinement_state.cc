@@ -13,10 +13,10 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SolveSummary, usable, initial_energy, final_e
                                    unknowns, linear_solver_seconds, strategy, termination)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LocalGuardReport, inverted_facets, stretched_edges, far_vertices,
                                    reverted_vertices)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RoundSummary, round, solve, energy_initial, energy_final, terms,
-                                   pair_pixels, supported_vertices, relaxed_vertices,
-                                   carried_vertices, guard, visibility_seconds, build_seconds,
-                                   solve_seconds)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RoundSummary, round, solve, energy_initial, energy_final,
+                                   windows_initial, windows_final, terms, pair_pixels,
+                                   supported_vertices, relaxed_vertices, carried_vertices, guard,
+                                   visibility_seconds, build_seconds, solve_seconds)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LevelSummary, level, width, height, views, views_halved_less,
                                    vertices, faces, reached_bound, subdivide_seconds, image_seconds,
                                    held_back, left_out, undone, undone_vertices, interrupted,
