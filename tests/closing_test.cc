@@ -31,15 +31,16 @@ ClosingFigures Figures(double before, double after, double standard_error, int b
 }
 
 TEST(Closing, FirstWordIsTheChangeInStandardErrors) {
-  EXPECT_EQ(OutcomeOf(Figures(0.4, 0.3, 0.01)), Outcome::kWorked);
-  EXPECT_EQ(OutcomeOf(Figures(0.4, 0.39, 0.01)), Outcome::kLittle);
-  EXPECT_EQ(OutcomeOf(Figures(0.4, 0.41, 0.01)), Outcome::kLittle);
-  EXPECT_EQ(OutcomeOf(Figures(0.3, 0.4, 0.01)), Outcome::kWorse);
-  EXPECT_EQ(OutcomeOf(Figures(0.4, 0.3, 0.01, 7)), Outcome::kCannotTell);
-  EXPECT_EQ(OutcomeOf(ClosingFigures()), Outcome::kCannotTell);
+  EXPECT_EQ(OutcomeOf(Figures(0.4, 0.3, 0.01)), RunOutcome::kWorked);
+  EXPECT_EQ(OutcomeOf(Figures(0.4, 0.39, 0.01)), RunOutcome::kLittle);
+  EXPECT_EQ(OutcomeOf(Figures(0.4, 0.41, 0.01)), RunOutcome::kLittle);
+  EXPECT_EQ(OutcomeOf(Figures(0.3, 0.4, 0.01)), RunOutcome::kWorse);
+  EXPECT_EQ(OutcomeOf(Figures(0.4, 0.3, 0.01, 7)), RunOutcome::kCannotTell);
+  EXPECT_EQ(OutcomeOf(ClosingFigures()), RunOutcome::kCannotTell);
+  EXPECT_EQ(OutcomeOf(Figures(0.97, 0.91, 0.01)), RunOutcome::kCannotTell);
   ClosingFigures undone = Figures(0.4, 0.4, 0);
   undone.moved = false;
-  EXPECT_EQ(OutcomeOf(undone), Outcome::kUndone);
+  EXPECT_EQ(OutcomeOf(undone), RunOutcome::kUndone);
 }
 
 TEST(Closing, LineSaysWhatIsKnownAndNothingElse) {
@@ -130,12 +131,39 @@ TEST(Closing, ABodyInsideOutIsNamedOrTurned) {
   EXPECT_THAT(on.parts.lines[0], HasSubstr("their faces are turned"));
   EXPECT_EQ(on.result.closing->parts_out, 0);
   EXPECT_EQ(PartsJson(on.parts)["turned"], 1);
-  EXPECT_EQ(OutcomeOf(*on.result.closing), Outcome::kWorked);
+  EXPECT_EQ(OutcomeOf(*on.result.closing), RunOutcome::kWorked);
 
   const Finished right = RunWith(OrientMesh::kOff, Bodies().init);
   EXPECT_THAT(right.parts.lines, IsEmpty());
   EXPECT_NEAR(F1(on.result.mesh, "1"), F1(right.result.mesh, "1"), 0.002);
   EXPECT_LT(F1(off.result.mesh, "0.3"), F1(right.result.mesh, "0.3") - 0.01);
+}
+
+// Sums differ by the number of windows, 4 to 1 from level to level.
+TEST(Closing, EnergiesPerWindowCompareFromLevelToLevel) {
+  const SyntheticScene made = MakeSyntheticScene(test::SmallReliefOptions(7));
+  const PipelineResult result = RunPipeline(made.scene, made.init, PipelineOptions());
+  RunInputs inputs;
+  inputs.scene = &made.scene;
+  inputs.mesh = &made.init;
+  const nlohmann::ordered_json summary = SummaryJson(inputs, PipelineOptions(), result, 1);
+  for (const auto& level : summary["levels"]) {
+    for (const auto& round : level["rounds"]) {
+      for (const std::string when : {"initial", "final"}) {
+        const double windows = round["windows_" + when];
+        for (const auto& [term, energy] : round["energy_" + when].items()) {
+          EXPECT_DOUBLE_EQ(round["energy_per_window_" + when][term].get<double>() * windows,
+                           energy.get<double>());
+        }
+      }
+    }
+  }
+  const auto& coarse = summary["levels"][0]["rounds"].back();
+  const auto& fine = summary["levels"].back()["rounds"][0];
+  EXPECT_GT(fine["energy_initial"]["photometric"],
+            2 * coarse["energy_final"]["photometric"].get<double>());
+  EXPECT_NEAR(fine["energy_per_window_initial"]["photometric"],
+              coarse["energy_per_window_final"]["photometric"].get<double>(), 0.1);
 }
 
 TEST(Closing, NothingOfARightMeshIsTurned) {
@@ -167,7 +195,7 @@ TEST(Closing, TwoViewsAreComparedBySquares) {
   const SyntheticScene made = MakeSyntheticScene(test::SmallReliefOptions(2));
   const PipelineResult result = RunPipeline(made.scene, made.init, PipelineOptions());
   EXPECT_EQ(result.closing->judged_by, "squares");
-  EXPECT_EQ(OutcomeOf(*result.closing), Outcome::kWorked);
+  EXPECT_EQ(OutcomeOf(*result.closing), RunOutcome::kWorked);
 }
 
 class UndoesAll : public LevelJudge {
@@ -189,7 +217,7 @@ TEST(Closing, AMeshThatNothingMovedIsUndone) {
   parts.judge = &judge;
   const PipelineResult result =
       RunPipeline(Bodies().scene, Bodies().init, PipelineOptions(), parts);
-  EXPECT_EQ(OutcomeOf(*result.closing), Outcome::kUndone);
+  EXPECT_EQ(OutcomeOf(*result.closing), RunOutcome::kUndone);
 }
 
 }  // namespace

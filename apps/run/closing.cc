@@ -1,5 +1,6 @@
 #include "apps/run/closing.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -10,6 +11,13 @@ namespace {
 
 using nlohmann::ordered_json;
 
+// Good scenes end below 0.6, and photographs under wrong names above 0.79 (docs/guard.md).
+constexpr double kNoAgreement = 0.75;
+
+bool AgreesWithNeither(const HeldBackVerdict& change) {
+  return std::min(change.before, change.after) > kNoAgreement;
+}
+
 std::string ChangeText(const ClosingFigures& figures) {
   const HeldBackVerdict& change = *figures.held_back;
   return "mean 1 - ZNCC on held-back " + figures.judged_by + " " + Fixed(change.before, 3) +
@@ -18,9 +26,13 @@ std::string ChangeText(const ClosingFigures& figures) {
 
 std::string OutcomeText(const ClosingFigures& figures) {
   switch (OutcomeOf(figures)) {
-    case Outcome::kUndone:
+    case RunOutcome::kUndone:
       return "undone: the input surface is returned";
-    case Outcome::kCannotTell:
+    case RunOutcome::kCannotTell:
+      if (figures.held_back.has_value() && figures.held_back->Known()) {
+        return "cannot tell whether it worked: photographs held back agree with neither surface, " +
+               ChangeText(figures);
+      }
       return "cannot tell whether it worked: too few windows are held back to judge by";
     default:
       return NameOf(OutcomeOf(figures)) + ": " + ChangeText(figures);
@@ -33,12 +45,13 @@ ordered_json OrNull(const std::optional<double>& figure) {
 
 }  // namespace
 
-Outcome OutcomeOf(const ClosingFigures& figures) {
-  if (!figures.moved) return Outcome::kUndone;
-  if (!figures.held_back.has_value() || !figures.held_back->Known()) return Outcome::kCannotTell;
+RunOutcome OutcomeOf(const ClosingFigures& figures) {
+  if (!figures.moved) return RunOutcome::kUndone;
+  if (!figures.held_back.has_value() || !figures.held_back->Known()) return RunOutcome::kCannotTell;
   const HeldBackVerdict& change = *figures.held_back;
-  if (change.Worse()) return Outcome::kWorse;
-  return change.Better() ? Outcome::kWorked : Outcome::kLittle;
+  if (AgreesWithNeither(change)) return RunOutcome::kCannotTell;
+  if (change.Worse()) return RunOutcome::kWorse;
+  return change.Better() ? RunOutcome::kWorked : RunOutcome::kLittle;
 }
 
 std::string ClosingLine(const ClosingFigures& figures) {

@@ -12,14 +12,15 @@
 namespace burin {
 
 // kWorked: the change on what was held back is below minus two standard errors. kWorse: above two. kLittle: between
-// them. kUndone: no vertex has moved. kCannotTell: too little was held back (HeldBackVerdict::Known).
-enum class Outcome { kWorked, kLittle, kWorse, kUndone, kCannotTell };
-inline Choices<Outcome> ChoicesOf(Outcome) {
-  return {{Outcome::kWorked, "worked"},
-          {Outcome::kLittle, "changed little"},
-          {Outcome::kWorse, "worse"},
-          {Outcome::kUndone, "undone"},
-          {Outcome::kCannotTell, "cannot tell"}};
+// them. kUndone: no vertex has moved. kCannotTell: too little was held back (HeldBackVerdict::Known), or it agrees with
+// neither surface, 1 - ZNCC above 0.75 before and after.
+enum class RunOutcome { kWorked, kLittle, kWorse, kUndone, kCannotTell };
+inline Choices<RunOutcome> ChoicesOf(RunOutcome) {
+  return {{RunOutcome::kWorked, "worked"},
+          {RunOutcome::kLittle, "changed little"},
+          {RunOutcome::kWorse, "worse"},
+          {RunOutcome::kUndone, "undone"},
+          {RunOutcome::kCannotTell, "cannot tell"}};
 }
 
 struct ClosingFigures {
@@ -39,7 +40,7 @@ struct ClosingFigures {
   double seconds = 0;  // to measure all this
 };
 
-Outcome OutcomeOf(const ClosingFigures& figures);
+RunOutcome OutcomeOf(const ClosingFigures& figures);
 
 // "worked: mean 1 - ZNCC on held-back pairs 0.412 -> 0.287; 12.3 % of the surface is seen by no pair, ..."
 std::string ClosingLine(const ClosingFigures& figures);

@@ -1,5 +1,7 @@
 #include "apps/run/measure_closing.h"
 
+#include <algorithm>
+
 #include "core/refine/normalized_world.h"
 #include "core/refine/view_levels.h"
 #include "core/support/stopwatch.h"
@@ -10,6 +12,9 @@ namespace burin {
 namespace {
 
 constexpr int kHalvings = 2;  // more than on the finest level
+// Unrelated photographs have a mean ZNCC of 0. docs/guard.md has the errors of vertices by their ZNCC.
+constexpr float kUnrelated = 0.1F;
+constexpr float kEnoughWindows = 16;
 
 // What a mesh with the facets of the refined one is compared by.
 struct HeldBack {
@@ -55,6 +60,50 @@ std::vector<FacetScore> HeldBack::ScoresOf(const TriangleMesh& mesh) const {
       mesh.vertices, PhotometricRound::Windows::kHeldBack, /*derivatives=*/false);
 }
 
+// One pair of every reference view: enough for squares to be judged by.
+std::vector<CameraPair> OnePairEach(const std::vector<CameraPair>& pairs) {
+  std::vector<CameraPair> kept;
+  for (const CameraPair& pair : pairs) {
+    const bool has_one = std::any_of(kept.begin(), kept.end(), [&](const CameraPair& other) {
+      return other.reference == pair.reference;
+    });
+    if (!has_one) kept.push_back(pair);
+  }
+  return kept;
+}
+
+// From small images to those of the finest level, until something can be said.
+void Compare(const Scene& scene, const TriangleMesh& input, const PairSelection& selection,
+             const LevelOptions& level, const PhotometricOptions& photo, const RefinementEnd& end,
+             ClosingFigures* figures) {
+  const bool squares = selection.held_back.empty();
+  figures->judged_by = squares ? "squares" : "pairs";
+  const std::vector<CameraPair> used =
+      squares ? OnePairEach(selection.pairs) : std::vector<CameraPair>();
+  const TriangleMesh start{end.input_position, end.mesh->faces};
+  const NormalizedWorld world = NormalizedWorld::Of(scene, input);
+  LevelOptions small = level;
+  small.count = 1 + kHalvings;
+  const ViewLevels levels(scene, input, small);
+  for (int at = levels.Coarsest(selection.pairs, selection.held_back); at >= level.finest; --at) {
+    const std::vector<ViewAtLevel> views = levels.At(at);
+    PhotometricEnergy photometric(photo, squares);
+    const HeldBack held_back{MakeLevelViews(scene, views, world.origin, 1 / world.footprint),
+                             TakingPart(used, views),
+                             TakingPart(selection.held_back, views),
+                             level.border_px,
+                             at,
+                             end.context->boundary,
+                             &photometric};
+    photometric.BeginLevel(held_back.views);
+    const Camera& name = NamesLevel(held_back.views).camera;
+    figures->width = name.width;
+    figures->height = name.height;
+    figures->held_back = CompareScores(held_back.ScoresOf(start), held_back.ScoresOf(*end.mesh));
+    if (figures->held_back->Known()) break;
+  }
+}
+
 // A third of the area of the facets around each vertex.
 std::vector<double> VertexAreas(const TriangleMesh& mesh) {
   std::vector<double> areas(mesh.vertices.size(), 0);
@@ -70,43 +119,26 @@ std::vector<double> VertexAreas(const TriangleMesh& mesh) {
 ClosingFigures MeasureClosing(const Scene& scene, const TriangleMesh& input,
                               const PairSelection& selection, const LevelOptions& level,
                               const PhotometricOptions& photo, bool squares_were_left_out,
-                              const RefinementEnd& end, const VertexQuality& /*quality*/) {
+                              const RefinementEnd& end, const VertexQuality& quality) {
   const Stopwatch watch;
   ClosingFigures figures;
   figures.moved = end.mesh->vertices != end.input_position;
-  const bool squares = selection.held_back.empty();
-  if (!squares || squares_were_left_out) {
-    LevelOptions coarse = level;
-    coarse.count = 1 + kHalvings;
-    const ViewLevels levels(scene, input, coarse);
-    const int at = levels.Coarsest(selection.pairs, selection.held_back);
-    const NormalizedWorld world = NormalizedWorld::Of(scene, input);
-    const std::vector<ViewAtLevel> view_levels = levels.At(at);
-    PhotometricEnergy photometric(photo, squares);
-    const HeldBack held_back{
-        MakeLevelViews(scene, view_levels, world.origin, 1 / world.footprint),
-        squares ? TakingPart(selection.pairs, view_levels) : std::vector<CameraPair>(),
-        TakingPart(selection.held_back, view_levels),
-        level.border_px,
-        at,
-        end.context->boundary,
-        &photometric};
-    photometric.BeginLevel(held_back.views);
-    const TriangleMesh start{end.input_position, end.mesh->faces};
-    figures.judged_by = squares ? "squares" : "pairs";
-    const Camera& name = NamesLevel(held_back.views).camera;
-    figures.width = name.width;
-    figures.height = name.height;
-    figures.held_back = CompareScores(held_back.ScoresOf(start), held_back.ScoresOf(*end.mesh));
+  if (!selection.held_back.empty() || squares_were_left_out) {
+    Compare(scene, input, selection, level, photo, end, &figures);
   }
   const std::vector<double> areas = VertexAreas(*end.mesh);
   double whole = 0;
   double unseen = 0;
+  double against = 0;
   for (size_t v = 0; v < areas.size(); ++v) {
     whole += areas[v];
     if (end.context->seen[v] == 0) unseen += areas[v];
+    if (quality.windows[v] >= kEnoughWindows && quality.zncc[v] < kUnrelated) against += areas[v];
   }
-  if (whole > 0) figures.unseen = unseen / whole;
+  if (whole > 0) {
+    figures.unseen = unseen / whole;
+    figures.against = against / whole;
+  }
   figures.seconds = watch.Seconds();
   return figures;
 }
