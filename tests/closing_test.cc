@@ -208,7 +208,7 @@ class UndoesAll : public LevelJudge {
   }
 
  private:
-  const std::vector<CameraPair> pairs_;
+  std::vector<CameraPair> pairs_;
 };
 
 TEST(Closing, AMeshThatNothingMovedIsUndone) {
