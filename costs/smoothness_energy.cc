@@ -67,7 +67,7 @@ void SmoothnessRound::AddResiduals(ceres::Problem* problem, RoundParameters* par
 
 void SmoothnessRound::SupportIsKnown() {
   for (size_t v = 0; v < costs_.size(); ++v) {
-    if (costs_[v] == nullptr || context_.moves[v] != 0) continue;
+    if (costs_[v] == nullptr || context_.keeps_shape[v] == 0) continue;
     costs_[v]->SetTarget(Apply(stencils_[v], context_.mesh->vertices));
   }
   stencils_ = {};

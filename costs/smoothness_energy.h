@@ -6,8 +6,9 @@
 // integral of |Laplace(u)|^2 over the surface: it has no unit and hardly depends on how finely the mesh is
 // cut. (For the bi-Laplacian it does depend on that.)
 //
-// A vertex that the round has no evidence for (RoundContext::moves) keeps its shape instead: its target is
-// L V at the start of the round. So it follows its surroundings and neither shrinks nor flattens.
+// A vertex that keeps its shape (RoundContext::keeps_shape: the round has no evidence for it, or it is on a
+// part thinner than a window) has as target L V at the start of the round. So it follows its surroundings and
+// neither shrinks nor flattens.
 #pragma once
 
 #include <memory>

@@ -212,7 +212,7 @@ py::dict RefineMesh(const Scene& scene, const py::array& vertices, const py::arr
     WithoutGil([&] { result = RunPipeline(judged.Used(scene), mesh, options, parts); });
   }
   if (raised) std::rethrow_exception(raised);
-  CloseParts(&result, &inputs.parts);
+  CloseParts(mesh, &result, &inputs.parts);
   py::dict quality;
   for (const VertexScalar& scalar : result.quality)
     quality[scalar.name.c_str()] = Array(scalar.values);

@@ -65,7 +65,7 @@ void SurveyView(const RayCaster& caster, const TriangleMesh& mesh,
     facets.push_back(static_cast<int>(f));
   }
   std::vector<uint8_t> visible;
-  caster.PointsVisible(center, points, facets, &visible);
+  caster.PointsVisible(camera, points, facets, &visible);
   for (size_t k = 0; k < facets.size(); ++k) {
     if (visible[k] != 0) survey->facets.Insert(view, facets[k]);
   }

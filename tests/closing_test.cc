@@ -113,7 +113,7 @@ Finished RunWith(OrientMesh orient, TriangleMesh mesh) {
   Finished run;
   run.parts = OrientAndCheck(Bodies().scene, options.mesh, "mesh.ply", &mesh);
   run.result = RunPipeline(Bodies().scene, mesh, options);
-  CloseParts(&run.result, &run.parts);
+  CloseParts(mesh, &run.result, &run.parts);
   return run;
 }
 

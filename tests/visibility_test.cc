@@ -92,7 +92,7 @@ TEST(Visibility, PixelsAreSeenAsRaysOfTheirOwnSeeThem) {
         }
       }
       std::vector<uint8_t> visible;
-      caster.PointsVisible(cameras[domain.seconds[b]].Center(), points, facets, &visible);
+      caster.PointsVisible(cameras[domain.seconds[b]], points, facets, &visible);
       int64_t hidden = 0;
       for (size_t n = 0; n < points.size(); ++n) {
         const int seen = domain.second_visible.Test(b, pixels[n]) ? 1 : 0;

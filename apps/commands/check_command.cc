@@ -7,12 +7,14 @@
 
 #include "apps/commands/command.h"
 #include "apps/commands/commands.h"
+#include "apps/run/free_space_output.h"
 #include "apps/run/judged_scene.h"
 #include "apps/run/mesh_parts.h"
 #include "apps/run/output_folder.h"
 #include "apps/run/pipeline.h"
 #include "apps/run/scene_arguments.h"
 #include "apps/run/verdict_output.h"
+#include "core/evidence/free_space.h"
 #include "core/evidence/offset_picture.h"
 #include "core/evidence/verdict.h"
 #include "core/image/picture.h"
@@ -46,13 +48,19 @@ void CheckCommand::Run() const {
   PairSelection selection;
   double seconds = 0;
   const SceneVerdict verdict = SelectAndJudge(scene, mesh, options.pairs, &selection, &seconds);
-  const std::string document = JsonText(CheckJson(verdict, scene, parts));
+  nlohmann::ordered_json found = CheckJson(verdict, scene, parts);
+  const FreeSpace free_space = FindFreeSpace(scene, mesh, selection.pairs);
+  found["free_space"] = FreeSpaceJson(free_space);
+  const std::string document = JsonText(found);
   if (output.has_value()) {
     WritePicture(output->path() / "offsets.png", OffsetPicture(verdict, scene));
     WriteTextAtomically(output->path() / "verdict.json", document);
   }
   for (const std::string& line : parts.lines) std::cerr << line << "\n";
   std::cout << (json ? document : VerdictText(verdict, scene));
+  if (!json && !free_space.patches.empty()) {
+    std::cout << FreeSpaceText(free_space, "a refinement leaves them out") << '\n';
+  }
   if (verdict.verdict == Verdict::kWrong) {
     std::cout.flush();
     throw CannotBeRight("this cannot be right: " + verdict.reason);

@@ -17,6 +17,7 @@
 #include "apps/commands/refine_texts.h"
 #include "apps/run/checkpoint.h"
 #include "apps/run/debug_images.h"
+#include "apps/run/free_space_output.h"
 #include "apps/run/judged_scene.h"
 #include "apps/run/output_folder.h"
 #include "apps/run/pipeline.h"
@@ -257,6 +258,11 @@ void RefineCommand::Run() {
   PipelineParts parts;
   parts.selection = &selection;
   parts.start = start.has_value() ? &*start : nullptr;
+  parts.on_free_space = [&](const FreeSpace& free_space) {
+    progress.Line(FreeSpaceText(free_space, options.surface.free_space == FreeSpaceAction::kCut
+                                                ? "they are cut away"
+                                                : "they take no part (surface.free_space)"));
+  };
   parts.observers.on_iteration = [&](const RefinementEvent& event) {
     checkpoint.events.push_back(event);
     progress.Update(event.done, EventText(event));
@@ -271,6 +277,7 @@ void RefineCommand::Run() {
     } else if (level.undone_vertices > 0) {
       progress.Line(UndoneText(level));
     }
+    if (options.refinement.guard.crossings != Crossings::kOff) progress.Line(CrossingsText(level));
     if (!level_meshes || level.interrupted) return;
     WriteMesh(LevelPath(folder, level.level), now);
   };
@@ -301,7 +308,7 @@ void RefineCommand::Run() {
   for (const std::string& warning : result.selection.warnings) {
     progress.Line("no partner: " + warning);
   }
-  CloseParts(&result, &inputs.parts);
+  CloseParts(mesh, &result, &inputs.parts);
   if (result.closing.has_value()) progress.Line(ClosingLine(*result.closing));
   progress.End();
 

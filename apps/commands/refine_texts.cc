@@ -110,6 +110,18 @@ std::string UndoneText(const LevelSummary& level) {
          " vertices: photographs held back agree less with them";
 }
 
+std::string CrossingsText(const LevelSummary& level) {
+  std::ostringstream text;
+  text << LevelName(level) << ": facets that cross others " << level.crossing_facets.before
+       << " -> " << level.crossing_facets.after << " of " << level.faces << ", back faces "
+       << Fixed(100 * level.back_faces.before, 2) << " -> "
+       << Fixed(100 * level.back_faces.after, 2) << " % of the mesh's pixels";
+  if (level.TakenBack() > 0) {
+    text << "; " << level.TakenBack() << " vertices stopped before they cross";
+  }
+  return text.str();
+}
+
 std::string InterruptedText(const LevelSummary& level) {
   const std::string name =
       LevelName(level) + " cut short in round " + std::to_string(level.rounds.back().round + 1);

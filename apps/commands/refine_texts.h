@@ -20,6 +20,8 @@ std::string UnsplitText(const LevelSummary& level);
 std::string LeftOutText(const LevelSummary& level);
 // Of a level that was undone, or parts of it.
 std::string UndoneText(const LevelSummary& level);
+// What of the surface passes through itself, before a level and after it (guard.crossings).
+std::string CrossingsText(const LevelSummary& level);
 // What became of the part of a level that was done when the run was stopped.
 std::string InterruptedText(const LevelSummary& level);
 

@@ -133,21 +133,37 @@ void CheckMeshIsSeen(const Scene& scene, const TriangleMesh& mesh,
   CheckSides(LookAtParts(CamerasOf(scene), mesh), scene, mesh, mesh_path);
 }
 
-void MarkSeenByPairs(const TriangleMesh& refined, const std::vector<float>& pairs,
-                     MeshParts* parts) {
-  std::map<int, bool> seen;  // by first vertex
+std::vector<char> SeenWithPart(const TriangleMesh& refined, const std::vector<float>& pairs,
+                               size_t input_vertices) {
+  std::vector<char> seen(refined.vertices.size(), 0);
   for (const std::vector<int>& faces : ConnectedComponents(refined)) {
-    int first = static_cast<int>(refined.vertices.size());
+    const bool any = std::any_of(faces.begin(), faces.end(), [&](int f) {
+      const Eigen::Vector3i& face = refined.faces[f];
+      return pairs[face[0]] > 0 || pairs[face[1]] > 0 || pairs[face[2]] > 0;
+    });
+    if (!any) continue;
+    for (const int f : faces) {
+      for (const int v : refined.faces[f]) seen[v] = 1;
+    }
+  }
+  seen.resize(input_vertices);
+  return seen;
+}
+
+void MarkSeenByPairs(const TriangleMesh& input, const std::vector<char>& seen, MeshParts* parts) {
+  std::map<int, bool> by_first;  // vertex
+  for (const std::vector<int>& faces : ConnectedComponents(input)) {
+    int first = static_cast<int>(input.vertices.size());
     bool any = false;
     for (const int f : faces) {
-      for (const int v : refined.faces[f]) {
+      for (const int v : input.faces[f]) {
         first = std::min(first, v);
-        any |= pairs[v] > 0;
+        any |= seen[v] != 0;
       }
     }
-    seen[first] = any;
+    by_first[first] = any;
   }
-  for (MeshPart& part : parts->parts) part.seen_by_pair = seen.at(part.first_vertex);
+  for (MeshPart& part : parts->parts) part.seen_by_pair = by_first.at(part.first_vertex);
 }
 
 nlohmann::ordered_json PartsJson(const MeshParts& parts) {

@@ -52,10 +52,13 @@ MeshParts OrientAndCheck(const Scene& scene, const MeshOptions& options,
 void CheckMeshIsSeen(const Scene& scene, const TriangleMesh& mesh,
                      const std::filesystem::path& mesh_path);
 
-// Sets MeshPart::seen_by_pair: some pair sees a vertex of what became of the part in `refined`, whose first
-// vertices are those of the input. `pairs` has by vertex how many see it.
-void MarkSeenByPairs(const TriangleMesh& refined, const std::vector<float>& pairs,
-                     MeshParts* parts);
+// By vertex of the input, the first ones of `refined`: some pair sees a vertex of the connected part of `refined` that
+// it is in. `pairs` has by vertex of `refined` how many see it.
+std::vector<char> SeenWithPart(const TriangleMesh& refined, const std::vector<float>& pairs,
+                               size_t input_vertices);
+
+// Sets MeshPart::seen_by_pair of the parts of `input`, `seen` as SeenWithPart gives it.
+void MarkSeenByPairs(const TriangleMesh& input, const std::vector<char>& seen, MeshParts* parts);
 
 // `parts` of summary.json: counts, and the largest few one by one.
 nlohmann::ordered_json PartsJson(const MeshParts& parts);

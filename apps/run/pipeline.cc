@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "apps/run/free_space_output.h"
 #include "apps/run/measure_closing.h"
 #include "core/support/error.h"
 #include "core/support/parallel.h"
@@ -20,6 +21,13 @@ void VerdictOptions::Describe(OptionSet* set) {
   set->Add("scene.misfit", &misfit,
            "Views that do not fit the others: leave_out = name them and go on without; warn = name "
            "them; keep = neither; not judged with verdict.action off");
+}
+
+void SurfaceOptions::Describe(OptionSet* set) {
+  set->Add("surface.free_space", &free_space,
+           "Facets of the mesh that photographs see through: ignore = they take no part, are not "
+           "split, and "
+           "hide nothing; cut = they are not in the result either; keep = they are not looked for");
 }
 
 void MemoryOptions::Describe(OptionSet* set) {
@@ -47,6 +55,7 @@ void PipelineOptions::Describe(OptionSet* set) {
   smooth.Describe(set);
   refinement.Describe(set);
   verdict.Describe(set);
+  surface.Describe(set);
   memory.Describe(set);
   DescribeThreads(&threads, set);
 }
@@ -114,6 +123,18 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
   result.selection =
       parts.selection != nullptr ? *parts.selection : SelectPairs(scene, mesh, checked.pairs);
   result.selection_seconds = watch.Seconds();
+  TriangleMesh without;  // patches in free space
+  const TriangleMesh* refined = &mesh;
+  if (checked.surface.free_space != FreeSpaceAction::kKeep) {
+    const Stopwatch free_space_watch;
+    result.free_space = FindFreeSpace(scene, mesh, result.selection.pairs);
+    result.free_space_seconds = free_space_watch.Seconds();
+    if (!result.free_space.patches.empty()) {
+      if (parts.on_free_space) parts.on_free_space(result.free_space);
+      without = WithoutPatches(mesh, result.free_space);
+      refined = &without;
+    }
+  }
   const std::vector<CameraPair>& held_back = result.selection.held_back;
   const bool judged = checked.refinement.guard.levels && parts.judge == nullptr;
   PhotometricEnergy photometric(checked.photo, /*hold_back_squares=*/judged && held_back.empty());
@@ -130,13 +151,22 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
       const VertexQuality quality =
           MeasureVertexQuality(*end.mesh, &photometric.RoundOf(*end.terms));
       result.quality = QualityScalars(end, quality);
-      result.closing = MeasureClosing(scene, mesh, result.selection, checked.refinement.level,
+      result.closing = MeasureClosing(scene, *refined, result.selection, checked.refinement.level,
                                       checked.photo, judged && held_back.empty(), end, quality);
       if (parts.observers.on_end) parts.observers.on_end(end);
     };
   }
-  result.mesh = Refine(scene, mesh, result.selection.pairs, checked.refinement, refinement,
+  result.mesh = Refine(scene, *refined, result.selection.pairs, checked.refinement, refinement,
                        observers, &result.refinement, parts.start);
+  if (parts.measure_quality) {
+    result.seen_with_part =
+        SeenWithPart(result.mesh, result.quality.front().values, mesh.vertices.size());
+  }
+  if (checked.surface.free_space == FreeSpaceAction::kCut) {
+    DropPatchVertices(mesh, result.free_space, &result.mesh, &result.quality);
+  } else {
+    PutPatchesBack(mesh, result.free_space, &result.mesh);
+  }
   return result;
 }
 

@@ -9,6 +9,7 @@
 
 #include "apps/run/closing.h"
 #include "apps/run/mesh_parts.h"
+#include "core/evidence/free_space.h"
 #include "core/mesh/mesh.h"
 #include "core/mesh/mesh_io.h"
 #include "core/refine/refinement.h"
@@ -42,6 +43,19 @@ struct VerdictOptions {
   void Describe(OptionSet* set);
 };
 
+// What is done about facets that photographs see through (core/evidence/free_space.h).
+enum class FreeSpaceAction { kKeep, kIgnore, kCut };
+inline Choices<FreeSpaceAction> ChoicesOf(FreeSpaceAction) {
+  return {{FreeSpaceAction::kKeep, "keep"},
+          {FreeSpaceAction::kIgnore, "ignore"},
+          {FreeSpaceAction::kCut, "cut"}};
+}
+
+struct SurfaceOptions {
+  FreeSpaceAction free_space = FreeSpaceAction::kIgnore;
+  void Describe(OptionSet* set);
+};
+
 // run.threads, of every command that has it.
 void DescribeThreads(int* threads, OptionSet* set);
 
@@ -66,6 +80,7 @@ struct PipelineOptions {
   SmoothnessOptions smooth;
   RefinementOptions refinement;
   VerdictOptions verdict;
+  SurfaceOptions surface;
   MemoryOptions memory;
   int threads = 0;  // 0 = all cores
   void Describe(OptionSet* set);
@@ -80,7 +95,10 @@ struct PipelineResult {
   std::vector<VertexScalar>
       quality;  // of `mesh`, as docs/options.md names them; empty if not asked for
   std::optional<ClosingFigures> closing;  // likewise
+  std::vector<char> seen_with_part;       // likewise, by vertex of the mesh given: see SeenWithPart
+  FreeSpace free_space;  // of the mesh given; no patches with surface.free_space keep
   double selection_seconds = 0;
+  double free_space_seconds = 0;
 };
 
 // What a caller may bring to a run. Nothing is owned.
@@ -91,7 +109,8 @@ struct PipelineParts {
   std::vector<EnergyTerm*> more_terms;       // added to the energy
   LevelJudge* judge = nullptr;               // in place of the one that guard.levels asks for
   std::function<RoundTrial(const FrozenRound&)> solve_round;  // see RefinementParts
-  bool measure_quality = true;  // fill PipelineResult::quality and closing
+  std::function<void(const FreeSpace&)> on_free_space;  // before refining, where there is some
+  bool measure_quality = true;                          // fill PipelineResult::quality and closing
 };
 
 // Throws InputError for anything wrong with scene, mesh or options.

@@ -10,6 +10,7 @@
 #include <opencv2/core/version.hpp>
 #include <sstream>
 
+#include "apps/run/free_space_output.h"
 #include "core/support/fixed_text.h"
 #include "core/support/parallel.h"
 #include "costs/pair_kernel.h"
@@ -41,6 +42,9 @@ nlohmann::ordered_json RoundJson(const RoundSummary& round) {
                    {"stretched_edges", round.guard.stretched_edges},
                    {"far_vertices", round.guard.far_vertices},
                    {"reverted_vertices", round.guard.reverted_vertices}};
+  json["crossings"] = {{"found", round.crossings.found},
+                       {"left", round.crossings.left},
+                       {"taken_back", round.crossings.taken_back}};
   json["energy_initial"] = round.energy_initial;
   json["energy_final"] = round.energy_final;
   json["windows_initial"] = round.windows_initial;
@@ -82,11 +86,9 @@ double PeakMemoryMib() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-void CloseParts(PipelineResult* result, MeshParts* parts) {
+void CloseParts(const TriangleMesh& input, PipelineResult* result, MeshParts* parts) {
   if (!result->closing.has_value()) return;
-  for (const VertexScalar& scalar : result->quality) {
-    if (scalar.name == "pairs") MarkSeenByPairs(result->mesh, scalar.values, parts);
-  }
+  MarkSeenByPairs(input, result->seen_with_part, parts);
   ClosingFigures& closing = *result->closing;
   closing.parts = static_cast<int>(parts->parts.size());
   for (const MeshPart& part : parts->parts) {
@@ -116,6 +118,7 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
   json["verdict"] = inputs.verdict.empty() ? nlohmann::ordered_json()
                                            : nlohmann::ordered_json::parse(inputs.verdict);
   json["closing"] = result.closing.has_value() ? ClosingJson(*result.closing) : nullptr;
+  json["free_space"] = FreeSpaceJson(result.free_space);
   json["output"] = {{"vertices", result.mesh.vertices.size()},
                     {"faces", result.mesh.faces.size()},
                     {"footprint", result.refinement.footprint}};
@@ -151,6 +154,10 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
     entry["left_out"] = level.left_out;
     entry["undone"] = level.undone;
     entry["undone_vertices"] = level.undone_vertices;
+    entry["crossings"] = {{"before", level.crossing_facets.before},
+                          {"after", level.crossing_facets.after},
+                          {"taken_back", level.TakenBack()}};
+    entry["back_faces"] = {{"before", level.back_faces.before}, {"after", level.back_faces.after}};
     entry["interrupted"] = level.interrupted;
     entry["rounds"] = nlohmann::ordered_json::array();
     for (const RoundSummary& round : level.rounds) {
@@ -165,11 +172,10 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
   json["levels"] = levels;
   json["iterations"] = iterations;
   json["evaluations"] = evaluations;
-  json["seconds"] = {{"load", inputs.load_seconds},
-                     {"pairs", result.selection_seconds},
-                     {"verdict", inputs.verdict_seconds},
-                     {"refine", result.refinement.seconds},
-                     {"total", total_seconds}};
+  json["seconds"] = {
+      {"load", inputs.load_seconds},         {"pairs", result.selection_seconds},
+      {"verdict", inputs.verdict_seconds},   {"free_space", result.free_space_seconds},
+      {"refine", result.refinement.seconds}, {"total", total_seconds}};
   json["instruction_set"] = KernelInstructionSet();
   json["threads"] = ThreadsFor(options.threads);
   json["peak_memory_mib"] = std::round(PeakMemoryMib());

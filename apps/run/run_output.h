@@ -36,7 +36,7 @@ struct RunInputs {
 };
 
 // Which parts of the mesh took none in the refinement: marks them, and counts them in the closing figures.
-void CloseParts(PipelineResult* result, MeshParts* parts);
+void CloseParts(const TriangleMesh& input, PipelineResult* result, MeshParts* parts);
 
 // Everything about a finished run. `total_seconds` includes reading and writing.
 nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOptions& options,

@@ -39,7 +39,7 @@ SurfaceInViews LookAtSurface(const Scene& scene, const TriangleMesh& mesh) {
           if (normal.dot(centers[v] - a) <= 0) continue;
           const Camera& camera = scene.views[v].camera;
           const double area =
-              ProjectedArea(projections[v], camera.width, camera.height, a,
+              ProjectedArea(projections[v], camera.width, camera.height, camera.near_depth, a,
                             mesh.vertices[mesh.faces[f][1]], mesh.vertices[mesh.faces[f][2]]);
           if (area <= 0) continue;
           ++seen;

@@ -44,8 +44,7 @@ struct WindowMatch {
       {};  // at places 15 to 60 px away; NaN = off the image
 };
 
-// Windows of the first four partners that `pairs` gives each view, in their order. Views with less than
-// kLeastSidePx take no part. Image masks: a window has no masked pixel, and neither has its place predicted.
+// Windows of FirstPartners(scene, pairs). Image masks: a window has no masked pixel, and neither has its place predicted.
 std::vector<WindowMatch> MatchWindows(const Scene& scene, const TriangleMesh& mesh,
                                       const std::vector<CameraPair>& pairs,
                                       int largest_side_px = kMatchSidePx);

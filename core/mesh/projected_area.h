@@ -13,9 +13,10 @@ namespace burin {
 // Exact: the triangle is clipped by the four side planes of the viewing pyramid, so a face that
 // reaches behind the camera or far beyond the image counts with what is seen of it. Orientation and
 // occlusion are not looked at. A part of a triangle never has a larger area than the whole.
-// `projection` is the camera's ProjectionMatrix().
+// What is nearer than `near_depth` does not count. `projection` is the camera's ProjectionMatrix().
 double ProjectedArea(const Eigen::Matrix<double, 3, 4>& projection, int width, int height,
-                     const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c);
+                     double near_depth, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                     const Eigen::Vector3d& c);
 double ProjectedArea(const Camera& camera, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                      const Eigen::Vector3d& c);
 

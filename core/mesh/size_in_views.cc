@@ -48,8 +48,8 @@ bool SizeInViews::IsTooLarge(int face, const Eigen::Vector3i& corners) const {
 
 double SizeInViews::AreaInView(int i, const Eigen::Vector3i& corners) const {
   return ProjectedArea(projections_[i], cameras_[i].width, cameras_[i].height,
-                       mesh_.vertices[corners[0]], mesh_.vertices[corners[1]],
-                       mesh_.vertices[corners[2]]);
+                       cameras_[i].near_depth, mesh_.vertices[corners[0]],
+                       mesh_.vertices[corners[1]], mesh_.vertices[corners[2]]);
 }
 
 double SizeInViews::LargestFootprint(int i, const Eigen::Vector3i& corners) const {

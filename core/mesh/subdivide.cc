@@ -26,6 +26,7 @@ class FaceSplitter {
                const std::vector<std::vector<char>>* face_visible_in_view)
       : mesh_(*mesh),
         max_face_count_(options.max_face_count),
+        is_worth_it_(options.is_worth_it),
         size_in_views_(*mesh, cameras, options.max_facet_px, options.max_edge_px,
                        face_visible_in_view) {
     report_.input_face_count = static_cast<int>(mesh_.faces.size());
@@ -187,7 +188,10 @@ class FaceSplitter {
   }
 
   bool IsTooLarge(FaceHandle face) const {
-    return size_in_views_.IsTooLarge(origin_[face.idx()], Corners(face));
+    const Eigen::Vector3i corners = Corners(face);
+    return size_in_views_.IsTooLarge(origin_[face.idx()], corners) &&
+           (!is_worth_it_ || is_worth_it_(mesh_.vertices[corners[0]], mesh_.vertices[corners[1]],
+                                          mesh_.vertices[corners[2]]));
   }
 
   Eigen::Vector3i Corners(FaceHandle face) const {
@@ -285,6 +289,7 @@ class FaceSplitter {
 
   TriangleMesh& mesh_;  // vertices grow while splitting, faces are replaced at the end
   const std::int64_t max_face_count_;
+  const decltype(SubdivisionOptions::is_worth_it) is_worth_it_;
   const SizeInViews size_in_views_;
   SubdivisionReport report_;
 

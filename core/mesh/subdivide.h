@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "core/mesh/mesh.h"
@@ -15,13 +16,17 @@ struct SubdivisionOptions {
   double max_facet_px = 16;                  // px^2: largest projected area of a face left unsplit
   std::int64_t max_face_count = 50'000'000;  // splitting stops here; SubdivisionReport says so
   double max_edge_px = 0;  // longest edge left unsplit, in pixel footprints; 0 = any length
+  // A face that is too large is split for its own sake only where this says so of its three corners, if it is
+  // given. It is asked by several threads.
+  std::function<bool(const Eigen::Vector3d&, const Eigen::Vector3d&, const Eigen::Vector3d&)>
+      is_worth_it;
 };
 
 struct SubdivisionReport {
   int input_face_count = 0;
   int face_count = 0;
   int new_vertex_count = 0;
-  // No face is above the bounds. False: the face count stopped it, or an edge too short to have a middle.
+  // No face that is worth it is above the bounds. False: the face count stopped it, or an edge too short to have a middle.
   bool reached_bound = false;
   // Vertices of which OpenMesh's half-edge structure needed further copies to hold a non-manifold
   // mesh. The copies are gone from the result.

@@ -9,12 +9,14 @@
 #include "core/mesh/mesh_order.h"
 #include "core/mesh/subdivide.h"
 #include "core/refine/carry.h"
+#include "core/refine/facet_texture.h"
 #include "core/refine/hidden_folds.h"
 #include "core/refine/local_guard.h"
 #include "core/refine/round.h"
 #include "core/refine/support.h"
 #include "core/support/error.h"
 #include "core/support/stopwatch.h"
+#include "core/visibility/back_faces.h"
 
 namespace burin {
 namespace {
@@ -50,6 +52,10 @@ void Level::Run(RefinementState* state, RefinementProgress* progress) {
   }
   state->summary.levels.back().image_seconds += image_seconds_;
   mesh_ = Ordered(state->mesh, state->order);
+  if (task_.options.guard.crossings != Crossings::kOff) {
+    crossings_.emplace(mesh_);
+    if (state->round == 0) CountAtStart(state);
+  }
   if (state->round > 0) ShowJudgeTheStart(*state);
   const int rounds = Rounds(*state);
   progress->RoundsSpared(level_, task_.options.level.RoundsAt(level_) - rounds);
@@ -67,6 +73,7 @@ void Level::Run(RefinementState* state, RefinementProgress* progress) {
   summary.left_out = summary.rounds.empty();
   summary.interrupted = progress->stopped();
   if (!summary.left_out) Judge(state);
+  if (crossings_.has_value()) CountAtEnd(state);
   if (task_.observers.on_level) task_.observers.on_level(summary, task_.world.ToWorld(state->mesh));
 }
 
@@ -85,6 +92,10 @@ void Level::CutMesh(RefinementState* state) {
   subdivision.max_facet_px = task_.options.level.max_facet_px;
   subdivision.max_edge_px = task_.options.level.max_edge_px;
   subdivision.max_face_count = task_.options.level.max_faces;
+  const TriangleMesh whole = state->mesh;
+  const FacetTexture texture(views_, whole);
+  subdivision.is_worth_it = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                                const Eigen::Vector3d& c) { return texture.InTwoViews(a, b, c); };
   const SubdivisionReport split = SplitLargeFaces(&state->mesh, cameras, subdivision);
   std::vector<char>& was_supported = state->was_supported;
   for (const std::array<int, 2>& parents : split.new_vertex_parents) {
@@ -109,6 +120,32 @@ void Level::CutMesh(RefinementState* state) {
   level.vertices = static_cast<int>(state->mesh.vertices.size());
   level.faces = static_cast<int>(state->mesh.faces.size());
   level.reached_bound = split.reached_bound;
+}
+
+void Level::CountAtStart(RefinementState* state) {
+  std::vector<LevelSummary>& levels = state->summary.levels;
+  LevelSummary& level = levels.back();
+  level.crossing_facets.before = crossings_->Facets();
+  // To split facets changes nothing that a view sees.
+  level.back_faces.before =
+      levels.size() > 1 ? levels[levels.size() - 2].back_faces.after : BackFaceShare(*state);
+}
+
+void Level::CountAtEnd(RefinementState* state) {
+  LevelSummary& level = state->summary.levels.back();
+  if (level.undone_vertices > 0) crossings_.emplace(Ordered(state->mesh, state->order));
+  level.crossing_facets.after = crossings_->Facets();
+  level.back_faces.after = level.left_out ? level.back_faces.before : BackFaceShare(*state);
+}
+
+double Level::BackFaceShare(const RefinementState& state) const {
+  std::vector<Camera> cameras;
+  for (const LevelView& view : views_) {
+    if (!view.at.takes_part) continue;
+    cameras.push_back(
+        view.camera.Resized((view.camera.width + 1) / 2, (view.camera.height + 1) / 2));
+  }
+  return CountBackFaces(state.mesh, cameras).Share();
 }
 
 std::unique_ptr<Level::Frozen> Level::Freeze(const RefinementState& state, bool hold_back) const {
@@ -158,6 +195,10 @@ bool Level::RunRound(RefinementState* state, RefinementProgress* progress) {
   summary.carried_vertices = CarryAlong(context.neighbors, context.moves, before, &mesh_);
   if (task_.options.hidden == HiddenVertices::kRelax) {
     summary.relaxed_vertices = RelaxHiddenFolds(context, kRelaxSweeps, &mesh_);
+  }
+  if (crossings_.has_value()) {
+    summary.crossings = crossings_->EndRound(
+        before, context, task_.options.guard.crossings == Crossings::kTakeBack, &mesh_);
   }
   RestoreVertices(mesh_, state->order, &state->mesh);
   for (const auto& [term, round] : *frozen_->terms) summary.terms[term->Name()] = round->Report();

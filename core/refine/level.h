@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/mesh/mesh.h"
+#include "core/refine/crossing_guard.h"
 #include "core/refine/normalized_world.h"
 #include "core/refine/refinement_options.h"
 #include "core/refine/refinement_parts.h"
@@ -60,6 +61,11 @@ class Level {
   // rounds of the level before it: it too begins with a mesh that nothing has moved.
   int Rounds(const RefinementState& state) const;
   void CutMesh(RefinementState* state);
+  // Figures of a level as it begins and as it ends.
+  void CountAtStart(RefinementState* state);
+  void CountAtEnd(RefinementState* state);
+  // Of the mesh of `state`, in every second pixel of every second row of the views that take part.
+  double BackFaceShare(const RefinementState& state) const;
   // Of mesh_ as it is now; the terms are still to be frozen.
   std::unique_ptr<Frozen> Freeze(const RefinementState& state, bool hold_back) const;
   void FreezeTerms(Frozen* frozen) const {
@@ -87,7 +93,8 @@ class Level {
   double image_seconds_ = 0;
   int64_t windows_ = 0;  // that count at the start of the round in work
   std::vector<LevelView> views_;
-  TriangleMesh mesh_;               // the state's, in the order of its `order`
+  std::optional<CrossingGuard> crossings_;  // of mesh_; none with guard.crossings off
+  TriangleMesh mesh_;                       // the state's, in the order of its `order`
   std::unique_ptr<Frozen> frozen_;  // the round that mesh_ came from, or of mesh_; else null
 };
 

@@ -145,6 +145,10 @@ void GuardOptions::Describe(OptionSet* set) {
            1e9);
   set->Add("guard.inverted", &inverted,
            "Take back the vertices of facets that the last round turns over");
+  set->Add(
+      "guard.crossings", &crossings,
+      "Parts of the surface that a round pushes through others: take_back = they go as far as "
+      "they do not cross; report = facets that cross and back faces are counted; off = neither");
 }
 
 LocalGuardReport RevertFaults(const std::vector<Eigen::Vector3d>& before, const Adjacency& faces,

@@ -17,11 +17,21 @@
 
 namespace burin {
 
+// What becomes of parts that a round pushes through others (core/refine/crossing_guard.h): taken back, only
+// counted, or neither.
+enum class Crossings { kTakeBack, kReport, kOff };
+inline Choices<Crossings> ChoicesOf(Crossings) {
+  return {{Crossings::kTakeBack, "take_back"},
+          {Crossings::kReport, "report"},
+          {Crossings::kOff, "off"}};
+}
+
 struct GuardOptions {
   bool levels = true;       // judge every level by data held back (costs/held_back.h)
   double max_stretch = 8;   // 0 = any
   double max_move_px = 30;  // 0 = any
   bool inverted = true;
+  Crossings crossings = Crossings::kTakeBack;
   void Describe(OptionSet* set);
 };
 

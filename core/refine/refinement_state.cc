@@ -13,14 +13,25 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SolveSummary, usable, initial_energy, final_e
                                    unknowns, linear_solver_seconds, strategy, termination)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LocalGuardReport, inverted_facets, stretched_edges, far_vertices,
                                    reverted_vertices)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CrossingReport, found, left, taken_back)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RoundSummary, round, solve, energy_initial, energy_final,
                                    windows_initial, windows_final, terms, pair_pixels,
                                    supported_vertices, relaxed_vertices, carried_vertices, guard,
-                                   visibility_seconds, build_seconds, solve_seconds)
+                                   crossings, visibility_seconds, build_seconds, solve_seconds)
+
+template <typename T>
+void to_json(nlohmann::json& json, const BeforeAndAfter<T>& counts) {  // NOLINT: nlohmann's name
+  json = {counts.before, counts.after};
+}
+template <typename T>
+void from_json(const nlohmann::json& json, BeforeAndAfter<T>& counts) {  // NOLINT: nlohmann's name
+  json.at(0).get_to(counts.before);
+  json.at(1).get_to(counts.after);
+}
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LevelSummary, level, width, height, views, views_halved_less,
                                    vertices, faces, reached_bound, subdivide_seconds, image_seconds,
-                                   held_back, left_out, undone, undone_vertices, interrupted,
-                                   rounds)
+                                   held_back, left_out, undone, undone_vertices, crossing_facets,
+                                   back_faces, interrupted, rounds)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RefinementSummary, footprint, levels, seconds)
 
 namespace {
@@ -65,6 +76,12 @@ void CheckIndices(const char* field, const int* begin, size_t count, size_t belo
 }
 
 }  // namespace
+
+int LevelSummary::TakenBack() const {
+  int sum = 0;
+  for (const RoundSummary& round : rounds) sum += round.crossings.taken_back;
+  return sum;
+}
 
 std::vector<uint8_t> StateBytes(const RefinementState& state) {
   return json::to_cbor({{"level", state.level},

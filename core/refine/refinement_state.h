@@ -9,6 +9,7 @@
 
 #include "core/mesh/mesh.h"
 #include "core/mesh/mesh_order.h"
+#include "core/refine/crossing_guard.h"
 #include "core/refine/local_guard.h"
 #include "core/solve/solver_strategy.h"
 
@@ -27,9 +28,16 @@ struct RoundSummary {
   int relaxed_vertices = 0;  // by core/refine/hidden_folds.h, after the solve
   int carried_vertices = 0;  // by core/refine/carry.h, after the solve
   LocalGuardReport guard;
+  CrossingReport crossings;  // zero with guard.crossings off
   double visibility_seconds = 0;
   double build_seconds = 0;
   double solve_seconds = 0;
+};
+
+template <typename T>
+struct BeforeAndAfter {
+  T before = T();
+  T after = T();
 };
 
 struct LevelSummary {
@@ -47,8 +55,15 @@ struct LevelSummary {
   bool left_out = false;     // no vertex is supported on it: nothing was moved
   bool undone = false;       // all of the mesh was set back to the level's start
   int undone_vertices = 0;   // that had moved and were set back
+  // Zero with guard.crossings off.
+  BeforeAndAfter<int> crossing_facets;  // that cross another one (core/mesh/crossings.h)
+  BeforeAndAfter<double>
+      back_faces;            // share of the pixels that see the mesh (core/visibility/back_faces.h)
   bool interrupted = false;  // the run was stopped in the last of the rounds below
   std::vector<RoundSummary> rounds;
+
+  // The sum of CrossingReport::taken_back.
+  int TakenBack() const;
 };
 
 struct RefinementSummary {

@@ -74,6 +74,7 @@ RoundContext FreezeRound(const std::vector<LevelView>& views, const std::vector<
   context.seen = SeenVertices(*domains, mesh);
   context.supported = context.seen;
   context.moves = context.seen;
+  context.keeps_shape.assign(context.seen.size(), 0);
   return context;
 }
 

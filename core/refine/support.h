@@ -5,7 +5,8 @@
 // alone would move it: it shrinks what is thin and breaks it. But in the gaps of a surface that is well
 // supported, beside depth steps and on rough spots, smoothness is what brings the windows back. So a vertex
 // that is seen moves as well where a good share of the surface around it is supported. The others keep their
-// shape (core/refine/carry.h).
+// shape (core/refine/carry.h). So do, while they move, parts thinner than a window (core/refine/thin_parts.h):
+// there smoothness acts on displacements and not on positions.
 #pragma once
 
 #include <vector>
@@ -16,7 +17,7 @@
 
 namespace burin {
 
-// Asks the terms at the positions of the context's mesh and sets context->supported and context->moves. Adds
+// Asks the terms at the positions of the context's mesh and sets context->supported, moves and keeps_shape. Adds
 // what the round sees to `was_supported`, the state's (RefinementState), by `order`. Returns the number of
 // supported vertices.
 int FindSupport(const TermRounds& terms, const MeshOrder& order, HiddenVertices hidden,

@@ -28,6 +28,7 @@ Camera Camera::InScaledWorld(const Eigen::Vector3d& origin, double scale) const 
   // R (X' / scale + origin) + t, multiplied by scale (a projective camera ignores it).
   Camera moved = *this;
   moved.translation = scale * (rotation * origin + translation);
+  moved.near_depth = scale * near_depth;
   return moved;
 }
 

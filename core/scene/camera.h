@@ -19,6 +19,8 @@ struct Camera {
   double fx = 0, fy = 0, cx = 0, cy = 0;                   // pixels
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // R of cam_from_world
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();   // t of cam_from_world, world units
+  // World units; surface at a smaller depth is not seen, and hides nothing.
+  double near_depth = 0;
 
   // Camera centre in the world, c = -R^T t.
   Eigen::Vector3d Center() const { return -rotation.transpose() * translation; }

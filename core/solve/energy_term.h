@@ -45,6 +45,8 @@ struct RoundContext {
   std::vector<char> supported;
   // Takes part in the solve (core/refine/support.h). The others are carried along afterwards (core/refine/carry.h).
   std::vector<char> moves;
+  // Smoothness acts on its displacement and not on its position: it keeps its shape (core/refine/support.h).
+  std::vector<char> keeps_shape;
   Motion motion = Motion::kNormal;
   int level = 0;             // of the pyramid
   bool first_level = false;  // of the run: none before it moved anything

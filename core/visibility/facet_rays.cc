@@ -68,6 +68,7 @@ cv::Mat1i FacetRays::FacetMap(const Camera& camera) const {
           EmbreeRay ray;
           ray.from = center;
           ray.direction = (row_ray + (base + lane) * ray_from_pixel.col(0)).cast<float>();
+          ray.near = static_cast<float>(camera.near_depth);
           ray.Put(lane, &rays.ray);
           rays.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
           rays.hit.primID[lane] = RTC_INVALID_GEOMETRY_ID;
@@ -83,9 +84,10 @@ cv::Mat1i FacetRays::FacetMap(const Camera& camera) const {
   return facets;
 }
 
-void FacetRays::CastToCenter(const Eigen::Vector3d& center, const std::vector<uint8_t>& facing,
+void FacetRays::CastToCamera(const Camera& camera, const std::vector<uint8_t>& facing,
                              const Eigen::Vector3d* points, const int* facets, int count,
                              uint8_t* visible) const {
+  const Eigen::Vector3d center = camera.Center();
   OcclusionContext occlusion;
   rtcInitIntersectContext(&occlusion.context);
   occlusion.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
@@ -100,10 +102,15 @@ void FacetRays::CastToCenter(const Eigen::Vector3d& center, const std::vector<ui
       valid[lane] = k < count && facing[facets[std::min(k, count - 1)]] != 0 ? -1 : 0;
       if (valid[lane] == 0) continue;
       EmbreeRay ray;
+      ray.far = 1;
+      if (camera.near_depth > 0) {
+        const double depth = camera.Depth(points[k]);
+        ray.far = static_cast<float>(1 - camera.near_depth / depth);
+        if (!(depth > camera.near_depth)) valid[lane] = 0;
+      }
       ray.from = embree_.Local(points[k]);
       ray.direction = (center - points[k]).cast<float>();
       ray.near = kRayStart;
-      ray.far = 1;
       ray.id = static_cast<unsigned int>(facets[k]);
       ray.Put(lane, &rays);
     }

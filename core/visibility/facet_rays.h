@@ -34,9 +34,9 @@ class FacetRays {
   // Facet seen at each pixel centre, -1 for none.
   cv::Mat1i FacetMap(const Camera& camera) const;
 
-  // visible[k] is 1 where facet facets[k] faces `center` and nothing lies between it and points[k],
-  // else 0. `facing` is Facing(center).
-  void CastToCenter(const Eigen::Vector3d& center, const std::vector<uint8_t>& facing,
+  // visible[k] is 1 where facet facets[k] faces the camera and nothing that the camera sees lies between it
+  // and points[k], else 0. `facing` is Facing(camera.Center()).
+  void CastToCamera(const Camera& camera, const std::vector<uint8_t>& facing,
                     const Eigen::Vector3d* points, const int* facets, int count,
                     uint8_t* visible) const;
 

@@ -89,7 +89,6 @@ class PairRegion {
         rays_(first_rays),
         inverse_depth_(inverse_depth),
         second_(second),
-        second_center_(second.camera.Center()),
         second_masked_(!second.mask.empty()),
         border_px_(border_px) {
     const Eigen::Matrix<double, 3, 4> projection = second.camera.ProjectionMatrix();
@@ -125,7 +124,7 @@ class PairRegion {
       queue->Add(rays_.center + ray / inverse_row[x], facet, x);
     }
     queue->visible.resize(queue->points.size());
-    facet_rays_.CastToCenter(second_center_, second_.facing, queue->points.data(),
+    facet_rays_.CastToCamera(second_.camera, second_.facing, queue->points.data(),
                              queue->facets.data(), static_cast<int>(queue->points.size()),
                              queue->visible.data());
     for (size_t k = 0; k < queue->columns.size(); ++k) {
@@ -178,7 +177,6 @@ class PairRegion {
   const ViewRays& rays_;  // of the first
   const cv::Mat1d& inverse_depth_;
   const ViewSight& second_;
-  const Eigen::Vector3d second_center_;
   const bool second_masked_;
   const double border_px_;
   Eigen::Matrix3d second_from_ray_;
@@ -254,13 +252,12 @@ std::vector<ViewDomain> RayCaster::Cast(const std::vector<Camera>& cameras,
   return domains;
 }
 
-void RayCaster::PointsVisible(const Eigen::Vector3d& center,
-                              const std::vector<Eigen::Vector3d>& points,
+void RayCaster::PointsVisible(const Camera& camera, const std::vector<Eigen::Vector3d>& points,
                               const std::vector<int>& facets, std::vector<uint8_t>* visible) const {
-  const std::vector<uint8_t> facing = rays_->Facing(center);
+  const std::vector<uint8_t> facing = rays_->Facing(camera.Center());
   visible->resize(points.size());
   ParallelFor(static_cast<int>(points.size()), kPointGrain, [&](int begin, int end) {
-    rays_->CastToCenter(center, facing, points.data() + begin, facets.data() + begin, end - begin,
+    rays_->CastToCamera(camera, facing, points.data() + begin, facets.data() + begin, end - begin,
                         visible->data() + begin);
   });
 }

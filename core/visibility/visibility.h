@@ -46,9 +46,9 @@ class RayCaster {
                                const std::vector<CameraPair>& other_pairs = {},
                                std::vector<ViewPartners>* others = nullptr) const;
 
-  // For each of `points` (on facet facets[k]): nothing lies between it and `center`.
-  // visible[k] is 1 or 0; facets that face away from `center` give 0.
-  void PointsVisible(const Eigen::Vector3d& center, const std::vector<Eigen::Vector3d>& points,
+  // For each of `points` (on facet facets[k]): nothing that the camera sees lies between it and the camera.
+  // visible[k] is 1 or 0; facets that face away from the camera give 0. The image's borders do not count.
+  void PointsVisible(const Camera& camera, const std::vector<Eigen::Vector3d>& points,
                      const std::vector<int>& facets, std::vector<uint8_t>* visible) const;
 
  private:

@@ -11,6 +11,7 @@
 #include "core/scene/formats/openmvs.h"
 #include "core/scene/formats/strecha.h"
 #include "core/scene/formats/view_names.h"
+#include "core/scene/near_depth.h"
 #include "core/support/error.h"
 
 namespace burin {
@@ -60,7 +61,9 @@ PosedScene ReadScene(const SceneSource& source) {
 }
 
 Scene LoadScene(const SceneSource& source, bool with_images) {
-  return MakeScene(ReadScene(source), with_images, source.masks);
+  Scene scene = MakeScene(ReadScene(source), with_images, source.masks);
+  SetNearDepths(&scene);
+  return scene;
 }
 
 std::string FormatOf(const fs::path& path) { return Recognised(path).name; }
