@@ -27,9 +27,14 @@ inline std::string Bytes(const SyntheticScene& synthetic) {
   append_vectors(synthetic.init.vertices);
   append_vectors(synthetic.truth_points);
   append_vectors(synthetic.truth_normals);
-  for (const ScenePoint& point : synthetic.scene.points) {
+  for (size_t p = 0; p < synthetic.scene.points.size(); ++p) {
+    const ScenePoint& point = synthetic.scene.points[p];
     append_vectors({point.position});
     append(point.views.data(), point.views.size() * sizeof(int));
+    for (const Measurement& measured : synthetic.scene.tracks.Of(p)) {
+      append(measured.image_point.data(), 2 * sizeof(double));
+      append(&measured.view, sizeof(int));
+    }
   }
   return bytes;
 }

@@ -19,6 +19,7 @@
 #include "core/evidence/verdict.h"
 #include "core/image/picture.h"
 #include "core/mesh/mesh_io.h"
+#include "core/scene/doubts.h"
 #include "core/support/atomic_file.h"
 #include "core/support/json_file.h"
 #include "core/support/parallel.h"
@@ -44,6 +45,7 @@ void CheckCommand::Run() const {
   if (!output_path.empty()) output.emplace(output_path);
   TriangleMesh mesh = ReadMesh(mesh_path);
   const Scene scene = LoadScene(source.Source());
+  for (const std::string& doubt : DoubtsAbout(scene)) std::cerr << doubt << "\n";
   const MeshParts parts = OrientAndCheck(scene, options.mesh, mesh_path, &mesh);
   PairSelection selection;
   double seconds = 0;

@@ -11,6 +11,7 @@
 #include "apps/run/scene_arguments.h"
 #include "core/image/gray_image.h"
 #include "core/mesh/mesh_io.h"
+#include "core/scene/doubts.h"
 #include "core/scene/formats/colmap.h"
 #include "core/scene/formats/openmvs.h"
 #include "core/scene/formats/scene_loader.h"
@@ -68,6 +69,7 @@ void ConvertCommand::Run() const {
   const PosedScene posed = ReadScene(source.Source());
   // With the photographs: they are looked at before anything is written, and colour the points.
   const Scene scene = MakeScene(posed, /*with_images=*/true, source.masks);
+  for (const std::string& doubt : DoubtsAbout(scene)) std::cerr << doubt << "\n";
   const fs::path beside =
       to_openmvs ? folder / (target.stem().string() + "_mesh.ply") : folder / "mesh.ply";
   // Whatever can be wrong is found before anything is written.

@@ -17,6 +17,7 @@
 #include "apps/run/scene_arguments.h"
 #include "core/image/picture.h"
 #include "core/mesh/mesh_io.h"
+#include "core/scene/doubts.h"
 #include "core/support/atomic_file.h"
 #include "core/support/config.h"
 #include "core/support/error.h"
@@ -52,6 +53,7 @@ void SelectCommand::Run() {
   const OutputFolder output(output_path);
   const std::filesystem::path& folder = output.path();
   const Scene scene = LoadScene(source.Source(), /*with_images=*/false);
+  for (const std::string& doubt : DoubtsAbout(scene)) std::cerr << doubt << "\n";
   TriangleMesh mesh = ReadMesh(mesh_path);
   const MeshParts parts = OrientAndCheck(scene, options.mesh, mesh_path, &mesh);
   for (const std::string& line : parts.lines) std::cerr << line << "\n";

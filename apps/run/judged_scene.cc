@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "apps/run/turned_axes.h"
+#include "core/scene/doubts.h"
 #include "core/support/error.h"
 #include "core/support/parallel.h"
 #include "core/support/stopwatch.h"
@@ -20,22 +21,6 @@ std::vector<int> IndexWithout(const Scene& scene, const std::vector<std::string>
     index.push_back(out ? -1 : next++);
   }
   return index;
-}
-
-// The scene without the views of index -1.
-Scene WithoutViews(const Scene& scene, const std::vector<int>& index) {
-  Scene without;
-  for (size_t v = 0; v < scene.views.size(); ++v) {
-    if (index[v] >= 0) without.views.push_back(scene.views[v]);
-  }
-  for (const ScenePoint& point : scene.points) {
-    ScenePoint kept{point.position, {}};
-    for (const int view : point.views) {
-      if (index[view] >= 0) kept.views.push_back(index[view]);
-    }
-    without.points.push_back(std::move(kept));
-  }
-  return without;
 }
 
 std::vector<CameraPair> Renamed(const std::vector<CameraPair>& pairs,
@@ -72,7 +57,9 @@ SceneVerdict SelectAndJudge(const Scene& scene, const TriangleMesh& mesh,
   try {
     *selection = SelectPairs(scene, mesh, options);
   } catch (const InputError& error) {
-    throw InputError(error.what() + hint());
+    std::string reason = error.what() + hint();
+    for (const std::string& doubt : DoubtsAbout(scene)) reason += "; " + doubt;
+    throw InputError(reason);
   }
   const Stopwatch watch;
   SceneVerdict verdict = JudgeScene(scene, mesh, selection->pairs);
@@ -102,6 +89,7 @@ JudgedScene JudgeAndSelect(const Scene& scene, const TriangleMesh& mesh,
   const ThreadScope threads(options.threads);
   const VerdictOptions& wanted = options.verdict;
   JudgedScene judged;
+  judged.lines = DoubtsAbout(scene);
   if (wanted.action == VerdictAction::kOff) {
     judged.selection = SelectPairs(scene, mesh, options.pairs);
     return judged;

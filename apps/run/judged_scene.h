@@ -20,7 +20,7 @@ struct JudgedScene {
   PairSelection selection;            // of the scene that is used
   SceneVerdict verdict;               // on the scene given, with its indices of views
   std::vector<std::string> left_out;  // names
-  std::vector<std::string> lines;     // to be said
+  std::vector<std::string> lines;     // to be said: DoubtsAbout, then what the verdict is
   bool judged = false;                // verdict.action is not off
   bool stop = false;                  // it cannot be right, and verdict.action is stop
   double seconds = 0;                 // of the verdict alone

@@ -90,7 +90,7 @@ struct Costs {
   // Small allocations (everything above that is a vertex's) leave gaps between them.
   double gaps = 1.08;
 
-  double point = sizeof(ScenePoint) + 4 * 8;  // of the scene, with its views
+  double point = sizeof(ScenePoint) + 4 * 8 + 8 + 4 * 24;  // of the scene, views and tracks
 };
 constexpr Costs kCost;
 

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "apps/run/free_space_output.h"
+#include "core/scene/doubts.h"
 #include "core/support/fixed_text.h"
 #include "core/support/parallel.h"
 #include "costs/pair_kernel.h"
@@ -112,6 +113,7 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
                    {"mesh_checks", inputs.mesh_report},
                    {"views", inputs.scene->views.size()},
                    {"points", inputs.scene->points.size()},
+                   {"doubts", DoubtsAbout(*inputs.scene)},
                    {"vertices", inputs.mesh->vertices.size()},
                    {"faces", inputs.mesh->faces.size()}};
   json["parts"] = PartsJson(inputs.parts);

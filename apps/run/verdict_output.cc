@@ -51,6 +51,7 @@ ordered_json VerdictJson(const SceneVerdict& verdict, const Scene& scene,
     ordered_json view = {{"name", scene.views[v].name}};
     view.update(EvidenceJson(verdict.views[v].evidence));
     view["misfit"] = verdict.views[v].misfit;
+    view["track_px"] = Number(verdict.tracks.median_px[v]);
     json["views"].push_back(view);
   }
   return json;
@@ -71,8 +72,13 @@ std::string VerdictText(const SceneVerdict& verdict, const Scene& scene) {
        << "  windows      E      A     px\n";
   AddRow("all", verdict.evidence, "", width, &text);
   for (size_t v = 0; v < verdict.views.size(); ++v) {
-    AddRow(scene.views[v].name, verdict.views[v].evidence,
-           verdict.views[v].misfit ? "  does not fit" : "", width, &text);
+    std::string remark = verdict.views[v].misfit ? "  does not fit" : "";
+    const std::vector<int>& off = verdict.tracks.off;
+    if (std::find(off.begin(), off.end(), static_cast<int>(v)) != off.end()) {
+      const double px = verdict.tracks.median_px[v];
+      remark += "  sparse points " + (std::isfinite(px) ? Fixed(px, 1) + " px off" : "behind it");
+    }
+    AddRow(scene.views[v].name, verdict.views[v].evidence, remark, width, &text);
   }
   return text.str();
 }

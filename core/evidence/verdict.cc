@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/scene/doubts.h"
 #include "core/support/fixed_text.h"
 #include "core/support/median.h"
 
@@ -163,6 +164,18 @@ std::vector<int> Misfits(const std::vector<WindowMatch>& matches, size_t views) 
   return misfits;
 }
 
+// Adds views that their tracks speak against, and no photograph for.
+void AddMisfitsByTracks(const std::vector<WindowMatch>& matches, const TrackErrors& tracks,
+                        size_t views, std::vector<int>* misfits) {
+  if (tracks.MostAreOff()) return;
+  const std::vector<Matches> by_view = ByView(Fitting(matches, *misfits), views);
+  for (const int view : tracks.off) {
+    const bool fits = OnLineByPartner(by_view[view], view) >= kLeastOnLine;
+    const bool known = std::find(misfits->begin(), misfits->end(), view) != misfits->end();
+    if (!fits && !known) misfits->push_back(view);
+  }
+}
+
 // What there is to say when there are too few windows.
 std::string WhyNoWindows(const Scene& scene, size_t windows) {
   int largest = 0;
@@ -231,6 +244,28 @@ void JudgeFromAfar(const std::vector<WindowMatch>& matches, SceneVerdict* verdic
   }
 }
 
+// Most views have their sparse points elsewhere than measured. Photographs that can tell decide.
+void JudgeByTracks(const Scene& scene, SceneVerdict* verdict) {
+  const std::string reason =
+      "cameras and sparse points are not of one reconstruction: in " +
+      std::to_string(verdict->tracks.off.size()) + " of " + std::to_string(verdict->tracks.known) +
+      " views these are not where they were measured (" + TrackErrorText(scene) + ")";
+  switch (verdict->verdict) {
+    case Verdict::kGood:
+      verdict->verdict = Verdict::kDoubtful;
+      verdict->reason = reason + "; but the photographs fit";
+      break;
+    case Verdict::kDoubtful:
+    case Verdict::kWrong:
+      verdict->reason += "; " + reason;
+      break;
+    case Verdict::kCannotTell:
+      verdict->verdict = Verdict::kWrong;
+      verdict->reason = reason;
+      break;
+  }
+}
+
 // Views whose photograph is that of another view too, byte by byte.
 int SharedPhotographs(const Scene& scene) {
   std::map<std::string_view, int> views_of;
@@ -264,6 +299,16 @@ SceneVerdict JudgeMatches(const Scene& scene, std::vector<WindowMatch> matches) 
       verdict.evidence = rest;
     }
   }
+  verdict.tracks = MeasureTrackErrors(scene);
+  if (!verdict.tracks.off.empty()) {
+    std::vector<int> misfits = verdict.misfits;
+    AddMisfitsByTracks(verdict.matches, verdict.tracks, views, &misfits);
+    const Evidence rest = EvidenceOf(Fitting(verdict.matches, misfits));
+    if (!(rest.on_line < kLeastOfRest)) {
+      verdict.misfits = std::move(misfits);
+      verdict.evidence = rest;
+    }
+  }
   verdict.views.resize(views);
   for (const int view : verdict.misfits) verdict.views[view].misfit = true;
   // A view that does not fit has its figures from all pairs, the others from pairs that fit.
@@ -284,6 +329,7 @@ SceneVerdict JudgeScene(const Scene& scene, const TriangleMesh& mesh,
   if (verdict.verdict == Verdict::kWrong) {
     JudgeFromAfar(MatchWindows(scene, mesh, pairs, kCoarseSidePx), &verdict);
   }
+  if (verdict.tracks.MostAreOff()) JudgeByTracks(scene, &verdict);
   const int shared = SharedPhotographs(scene);
   if (2 * static_cast<size_t>(shared) > scene.views.size()) {
     verdict.verdict = Verdict::kWrong;

@@ -20,6 +20,12 @@
 //   doubtful      px >= 0.5, or views that do not fit
 //   good          else
 //
+// Sparse points add to it, where structure from motion's measurements of them are known
+// (core/scene/track_errors.h). A view whose median error is above 16 px or 1 % of its longer side does not
+// fit either, unless its own E is 0.33 or more, or the rest would have an E below 0.4. When that is so for
+// most views, none is named, and cameras and points are not of one reconstruction: wrong where E and A
+// cannot tell, doubtful where they are good.
+//
 // Where more than half of the views have a photograph that another view has too, it is wrong in any case.
 // What is wrong is looked at again in images of at most 256 px, where the search reaches further. A < 0.6
 // but not there: doubtful, for the mesh is far from the surface, but not too far. E < 0.33 but not there,
@@ -31,6 +37,7 @@
 #include <vector>
 
 #include "core/evidence/window_matches.h"
+#include "core/scene/track_errors.h"
 #include "core/support/choices.h"
 
 namespace burin {
@@ -62,7 +69,8 @@ struct SceneVerdict {
   Evidence evidence;   // of pairs without a misfit
   int pairs = 0;       // that have windows
   std::vector<ViewEvidence> views;
-  std::vector<int> misfits;          // worst first
+  std::vector<int> misfits;  // worst first, then those by their tracks
+  TrackErrors tracks;
   std::vector<WindowMatch> matches;  // of all pairs
 };
 

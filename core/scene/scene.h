@@ -1,16 +1,32 @@
 // A scene: what a reader returns and the pipeline takes. It has calibrated views with their grey images,
-// and the sparse points of the structure-from-motion run with the views that see each point.
+// and what the structure-from-motion run knew: sparse points with the views that see each, where it measured
+// them, the lenses of the photographs and its own numbers.
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
 #include "core/scene/camera.h"
+#include "core/scene/tracks.h"
+#include "core/scene/undistort.h"
 
 namespace burin {
+
+// Of what the format gives no number.
+constexpr std::uint64_t kNoId = std::numeric_limits<std::uint64_t>::max();
+
+// The photograph as it was before it was undistorted, in the words of its format.
+struct Origin {
+  std::uint64_t image_id = kNoId;
+  std::uint64_t camera_id = kNoId;  // photographs with the same one share intrinsics and lens
+  std::string camera_model;  // "OPENCV", "pinhole_radial_k3"; empty where there is one model only
+  Lens lens;  // size, focal length and principal point were those of the undistorted camera
+};
 
 struct View {
   std::string name;                  // as in the model, unique in a scene
@@ -19,16 +35,27 @@ struct View {
   cv::Mat
       gray;  // CV_8UC1 or CV_32FC1 (grey levels 0..255), camera.width x camera.height, undistorted
   cv::Mat mask;  // CV_8UC1 of the same size, 0 = pixel not to be used; empty = all are
+  Origin origin;
 };
 
 struct ScenePoint {
   Eigen::Vector3d position;  // world units
   std::vector<int> views;    // indices into Scene::views, ascending, no repeats
+  std::uint64_t id = kNoId;  // of the format
 };
 
 struct Scene {
   std::vector<View> views;
   std::vector<ScenePoint> points;  // may be empty
+  // Of every point, in pixels of the undistorted images, so that view.camera.Project(point.position) is to be
+  // compared with them; in double, whatever is outside the picture included. A measurement whose place the
+  // lens cannot have taken from anywhere is left out, while the point keeps its view. Empty, or a track a
+  // point. Views that formats without measurements give are in ScenePoint::views only.
+  Tracks tracks;
 };
+
+// `scene` without the views whose new index is -1; the others keep their order: index[v] counts those kept
+// before v. Points keep their place, with what is left of their views and tracks. Pixels are shared.
+Scene WithoutViews(const Scene& scene, const std::vector<int>& index);
 
 }  // namespace burin

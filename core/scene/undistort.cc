@@ -108,21 +108,6 @@ void ForEachBand(const Camera& camera, const Lens& lens, const Use& use) {
   }
 }
 
-// The undistorted radius, in normalised coordinates below `largest`, at which the lens folds back.
-double FoldRadius(const Lens& lens, double largest) {
-  if (lens.measured != 0) {
-    // r (1 + k r^2) stops growing at r^2 = -1 / (3 k).
-    return lens.measured > 0 ? largest : 2.0 / 3 * std::sqrt(-1 / (3 * lens.measured));
-  }
-  const auto& [k1, k2, p1, p2, k3] = lens.brown;
-  constexpr int kSteps = 4096;
-  for (int step = 0; step <= kSteps; ++step) {
-    const double r2 = std::pow(largest * step / kSteps, 2);
-    if (!(1 + r2 * (3 * k1 + r2 * (5 * k2 + r2 * 7 * k3)) > 0)) return largest * step / kSteps;
-  }
-  return largest;
-}
-
 }  // namespace
 
 cv::Mat Undistort(const cv::Mat& gray, const Camera& camera, const Lens& lens) {
@@ -139,10 +124,27 @@ cv::Mat Undistort(const cv::Mat& gray, const Camera& camera, const Lens& lens) {
   return result;
 }
 
+double CornerRadius(const Camera& camera) {
+  return std::hypot(std::max(camera.cx, camera.width - camera.cx) / camera.fx,
+                    std::max(camera.cy, camera.height - camera.cy) / camera.fy);
+}
+
+double FoldRadius(const Lens& lens, double largest) {
+  if (lens.measured != 0) {
+    // r (1 + k r^2) stops growing at r^2 = -1 / (3 k).
+    return lens.measured > 0 ? largest : 2.0 / 3 * std::sqrt(-1 / (3 * lens.measured));
+  }
+  const auto& [k1, k2, p1, p2, k3] = lens.brown;
+  constexpr int kSteps = 4096;
+  for (int step = 0; step <= kSteps; ++step) {
+    const double r2 = std::pow(largest * step / kSteps, 2);
+    if (!(1 + r2 * (3 * k1 + r2 * (5 * k2 + r2 * 7 * k3)) > 0)) return largest * step / kSteps;
+  }
+  return largest;
+}
+
 cv::Mat PhotographedPixels(const Camera& camera, const Lens& lens) {
-  const double corner = std::hypot(std::max(camera.cx, camera.width - camera.cx) / camera.fx,
-                                   std::max(camera.cy, camera.height - camera.cy) / camera.fy);
-  const double fold = FoldRadius(lens, corner);
+  const double fold = FoldRadius(lens, CornerRadius(camera));
   cv::Mat result(camera.height, camera.width, CV_8UC1);
   ForEachBand(camera, lens, [&](int row, const cv::Mat& map_x, const cv::Mat& map_y) {
     for (int i = 0; i < map_x.rows; ++i) {

@@ -31,4 +31,11 @@ cv::Mat Undistort(const cv::Mat& gray, const Camera& camera, const Lens& lens);
 // distance from the principal point in the photograph, tangential part left out, no longer grows).
 cv::Mat PhotographedPixels(const Camera& camera, const Lens& lens);
 
+// The normalised radius of the picture's corner that is farthest from the principal point.
+double CornerRadius(const Camera& camera);
+
+// The undistorted radius, in normalised coordinates below `largest`, at which the lens folds back; else
+// `largest`.
+double FoldRadius(const Lens& lens, double largest);
+
 }  // namespace burin

@@ -102,7 +102,8 @@ std::vector<int> ViewsThatSee(const MeshRays& rays, const std::vector<Camera>& c
   return views;
 }
 
-// Surface points behind random pixels of random views, with the views that see them.
+// Surface points behind random pixels of random views, with the views that see them and where the photographs
+// show them.
 void AddSparsePoints(const SyntheticLayout& layout, const MeshRays& rays,
                      SyntheticScene* synthetic) {
   const SyntheticOptions& options = synthetic->options;
@@ -111,6 +112,7 @@ void AddSparsePoints(const SyntheticLayout& layout, const MeshRays& rays,
   const std::uint64_t counters = kMaxPerPoint + view_count;
   std::vector<ScenePoint> candidates(static_cast<size_t>(options.point_count) *
                                      kCandidatesPerPoint);
+  std::vector<Eigen::Vector3d> on_surface(candidates.size());
   ParallelFor(static_cast<int>(candidates.size()), 64, [&](int begin, int end) {
     RayHit hit;
     for (int c = begin; c < end; ++c) {
@@ -126,6 +128,7 @@ void AddSparsePoints(const SyntheticLayout& layout, const MeshRays& rays,
           candidates[c].views.push_back(view);
         }
       }
+      on_surface[c] = hit.point;
       const double sigma = options.point_noise_px * layout.footprint;
       // Normal(k) uses uniform numbers 2k and 2k+1: start beyond those taken above.
       const std::uint64_t deviates =
@@ -135,9 +138,14 @@ void AddSparsePoints(const SyntheticLayout& layout, const MeshRays& rays,
                                               random.Normal(deviates + 2));
     }
   });
-  for (ScenePoint& candidate : candidates) {
+  for (size_t c = 0; c < candidates.size(); ++c) {
     if (static_cast<int>(synthetic->scene.points.size()) == options.point_count) break;
-    if (candidate.views.size() >= 2) synthetic->scene.points.push_back(std::move(candidate));
+    if (candidates[c].views.size() < 2) continue;
+    synthetic->scene.tracks.BeginPoint();
+    for (const int view : candidates[c].views) {
+      synthetic->scene.tracks.Add({layout.cameras[view].Project(on_surface[c]), view});
+    }
+    synthetic->scene.points.push_back(std::move(candidates[c]));
   }
 }
 

@@ -88,8 +88,10 @@ struct SyntheticOptions {
 
 struct SyntheticScene {
   SyntheticOptions options;  // as given, with `views` filled in
-  Scene scene;               // CV_8UC1 images; image_path is empty
-  TriangleMesh truth;        // about a footprint between vertices, wall and ground 1.5, plates 4
+  // CV_8UC1 images; image_path is empty; measurements are where the photographs show the points, without
+  // point_noise_px.
+  Scene scene;
+  TriangleMesh truth;  // about a footprint between vertices, wall and ground 1.5, plates 4
   TriangleMesh init;
   std::vector<Eigen::Vector3d> truth_points;   // evenly by area on the truth seen from >= 2 views
   std::vector<Eigen::Vector3d> truth_normals;  // unit, outward, one per truth point

@@ -124,16 +124,24 @@ PosedScene ReadBundler(const fs::path& path, const fs::path& images) {
     ScenePoint& point = posed.points.emplace_back();
     for (int k = 0; k < 3; ++k) point.position[k] = NextNumber<double>(&lines, "point position");
     for (int k = 0; k < 3; ++k) NextNumber<double>(&lines, "point colour");
+    posed.tracks.BeginPoint();
     const auto views = NextNumber<uint32_t>(&lines, "number of views");
     for (uint32_t v = 0; v < views; ++v) {
       const auto camera = NextNumber<uint32_t>(&lines, "view: camera");
       if (camera >= cameras) {
         lines.Fail("view: camera", std::to_string(camera) + " does not exist");
       }
-      NextNumber<uint32_t>(&lines, "view: key");
-      NextNumber<double>(&lines, "view: x");
-      NextNumber<double>(&lines, "view: y");
-      if (index[camera] >= 0) point.views.push_back(index[camera]);
+      Measurement measured;
+      measured.view = index[camera];
+      measured.keypoint = NextNumber<uint32_t>(&lines, "view: key");
+      // From the middle of the picture, y up.
+      const auto x = NextNumber<double>(&lines, "view: x");
+      const auto y = NextNumber<double>(&lines, "view: y");
+      if (measured.view < 0) continue;
+      const Camera& seen_by = posed.images[measured.view].camera;
+      measured.image_point = {seen_by.cx + x, seen_by.cy - y};
+      point.views.push_back(measured.view);
+      posed.tracks.Add(measured);
     }
   }
   return posed;

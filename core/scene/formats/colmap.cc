@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <numeric>
 #include <set>
 #include <system_error>
+#include <tuple>
 #include <utility>
 
 #include "core/image/gray_image.h"
@@ -77,6 +80,34 @@ Lens LensOf(const ColmapCamera& camera) {
   return lens;
 }
 
+// Where the image has the point, if it has.
+const ColmapObservation* ObservationOf(const ColmapImage& image, std::uint32_t index,
+                                       std::uint64_t point_id) {
+  if (index >= image.observations.size()) return nullptr;
+  const ColmapObservation& observation = image.observations[index];
+  return observation.point_id == point_id ? &observation : nullptr;
+}
+
+// Who sees what is taken from the points' tracks. Exporters of known poses write these without
+// observations in the images, or with such as have nothing to do with them.
+void AddPoints(const ColmapModel& model, const std::map<std::uint32_t, int>& index_of_image,
+               PosedScene* posed) {
+  for (const ColmapPoint& point : model.points) {
+    ScenePoint& scene_point = posed->points.emplace_back();
+    scene_point.position = point.position;
+    scene_point.id = point.id;
+    posed->tracks.BeginPoint();
+    for (const ColmapTrackElement& seen : point.track) {
+      const int image = index_of_image.at(seen.image_id);
+      scene_point.views.push_back(image);
+      const ColmapObservation* observation =
+          ObservationOf(model.images[image], seen.observation, point.id);
+      if (observation == nullptr) continue;
+      posed->tracks.Add({observation->image_point, image, seen.observation});
+    }
+  }
+}
+
 }  // namespace
 
 bool IsColmap(const fs::path& path) {
@@ -113,14 +144,11 @@ PosedScene ReadColmap(const fs::path& workspace, const fs::path& images) {
     view.camera = PinholeOf(camera, image);
     view.lens = LensOf(camera);
     view.camera_name = "camera " + std::to_string(camera.id);
+    view.image_id = image.id;
+    view.camera_id = camera.id;
+    view.camera_model = camera.model->name;
   }
-  for (const ColmapPoint& point : model.points) {
-    ScenePoint& scene_point = posed.points.emplace_back();
-    scene_point.position = point.position;
-    for (const ColmapTrackElement& seen : point.track) {
-      scene_point.views.push_back(index_of_image.at(seen.image_id));
-    }
-  }
+  AddPoints(model, index_of_image, &posed);
   return posed;
 }
 
@@ -145,22 +173,68 @@ void CheckView(const View& view, const fs::path& images, std::set<std::string>* 
   }
 }
 
-void AddView(const View& view, ColmapModel* model) {
-  const auto id = static_cast<std::uint32_t>(model->images.size() + 1);
-  ColmapCamera& camera = model->cameras.emplace_back();
-  camera.id = id;
-  camera.width = view.camera.width;
-  camera.height = view.camera.height;
-  camera.parameters = {view.camera.fx, view.camera.fy, view.camera.cx, view.camera.cy};
-  ColmapImage& image = model->images.emplace_back();
-  image.id = id;
-  image.camera_id = id;
-  image.name = view.name;
-  image.translation = view.camera.translation;
-  Eigen::Quaterniond q(view.camera.rotation);
-  q.normalize();
-  if (q.w() < 0) q.coeffs() = -q.coeffs();
-  image.quaternion = {q.w(), q.x(), q.y(), q.z()};
+// Numbers that a model may have: theirs where all are given, distinct and in range, else 1, 2, ...
+std::vector<std::uint64_t> Numbers(std::vector<std::uint64_t> ids, std::uint64_t most) {
+  const bool in_range =
+      std::all_of(ids.begin(), ids.end(), [&](std::uint64_t id) { return id >= 1 && id <= most; });
+  if (!in_range || std::set<std::uint64_t>(ids.begin(), ids.end()).size() < ids.size()) {
+    std::iota(ids.begin(), ids.end(), 1);
+  }
+  return ids;
+}
+
+constexpr std::uint64_t kMostId = std::numeric_limits<std::uint32_t>::max() - 1;
+
+bool HaveOneCamera(const View& a, const View& b) {
+  const auto values = [](const Camera& camera) {
+    return std::make_tuple(camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy);
+  };
+  return values(a.camera) == values(b.camera);
+}
+
+// The number of the camera of every view: views that shared one still do, unless a number is out of range or
+// has cameras that differ; then every view has its own.
+std::vector<std::uint64_t> CameraNumbers(const std::vector<View>& views) {
+  std::vector<std::uint64_t> numbers;
+  std::map<std::uint64_t, const View*> first_of;
+  bool as_they_are = true;
+  for (const View& view : views) {
+    const std::uint64_t id = numbers.emplace_back(view.origin.camera_id);
+    const View* first = first_of.emplace(id, &view).first->second;
+    as_they_are = as_they_are && id >= 1 && id <= kMostId && HaveOneCamera(*first, view);
+  }
+  if (!as_they_are) std::iota(numbers.begin(), numbers.end(), 1);
+  return numbers;
+}
+
+void AddViews(const std::vector<View>& views, const ColmapCameraModel* pinhole,
+              ColmapModel* model) {
+  std::vector<std::uint64_t> ids;
+  ids.reserve(views.size());
+  for (const View& view : views) ids.push_back(view.origin.image_id);
+  ids = Numbers(std::move(ids), kMostId);
+  const std::vector<std::uint64_t> camera_ids = CameraNumbers(views);
+  std::set<std::uint64_t> written;
+  for (size_t v = 0; v < views.size(); ++v) {
+    const Camera& from = views[v].camera;
+    if (written.insert(camera_ids[v]).second) {
+      ColmapCamera& camera = model->cameras.emplace_back();
+      camera.id = static_cast<std::uint32_t>(camera_ids[v]);
+      camera.model = pinhole;
+      camera.width = from.width;
+      camera.height = from.height;
+      camera.parameters = {from.fx, from.fy, from.cx, from.cy};
+    }
+    ColmapImage& image = model->images.emplace_back();
+    image.id = static_cast<std::uint32_t>(ids[v]);
+    image.camera_id = static_cast<std::uint32_t>(camera_ids[v]);
+    image.name = views[v].name;
+    image.translation = from.translation;
+    Eigen::Quaterniond q(from.rotation);
+    q.normalize();
+    if (q.w() < 0) q.coeffs() = -q.coeffs();
+    image.quaternion = {q.w(), q.x(), q.y(), q.z()};
+  }
 }
 
 // Grey level nearest to an image point; 0 outside the image.
@@ -174,12 +248,25 @@ std::uint8_t LevelAt(const View& view, const Eigen::Vector2d& image_point) {
                                      : cv::saturate_cast<std::uint8_t>(view.gray.at<float>(i, j));
 }
 
-void AddPoint(const Scene& scene, const ScenePoint& scene_point, const ColmapFiles& files,
-              ColmapModel* model) {
-  ColmapPoint& point = model->points.emplace_back();
-  point.id = model->points.size();
-  point.position = scene_point.position;
-  for (const int v : scene_point.views) {
+void AddObservation(const View& view, const Eigen::Vector2d& image_point, ColmapImage* image,
+                    ColmapPoint* point) {
+  if (point->track.empty()) point->gray = LevelAt(view, image_point);
+  point->track.push_back({image->id, static_cast<std::uint32_t>(image->observations.size())});
+  image->observations.push_back({image_point, point->id});
+}
+
+// Where its views see a point: as measured; by projection where the scene has no measurements.
+void AddObservations(const Scene& scene, size_t index, const ColmapFiles& files,
+                     ColmapModel* model) {
+  ColmapPoint& point = model->points[index];
+  if (!scene.tracks.IsEmpty()) {
+    for (const Measurement& measured : scene.tracks.Of(index)) {
+      AddObservation(scene.views[measured.view], measured.image_point,
+                     &model->images[measured.view], &point);
+    }
+    return;
+  }
+  for (const int v : scene.points[index].views) {
     const std::string element = "point " + std::to_string(point.id) + ": ";
     if (v < 0 || v >= static_cast<int>(scene.views.size())) {
       throw InputError(files.points, element + "view " + std::to_string(v) + ": does not exist");
@@ -188,10 +275,20 @@ void AddPoint(const Scene& scene, const ScenePoint& scene_point, const ColmapFil
     if (!projection.allFinite()) {
       throw InputError(files.points, element + "has no projection in " + scene.views[v].name);
     }
-    if (point.track.empty()) point.gray = LevelAt(scene.views[v], projection);
-    ColmapImage& image = model->images[v];
-    point.track.push_back({image.id, static_cast<std::uint32_t>(image.observations.size())});
-    image.observations.push_back({projection, point.id});
+    AddObservation(scene.views[v], projection, &model->images[v], &point);
+  }
+}
+
+void AddPoints(const Scene& scene, const ColmapFiles& files, ColmapModel* model) {
+  std::vector<std::uint64_t> ids;
+  ids.reserve(scene.points.size());
+  for (const ScenePoint& point : scene.points) ids.push_back(point.id);
+  ids = Numbers(std::move(ids), kNoId - 1);
+  model->points.resize(scene.points.size());
+  for (size_t p = 0; p < scene.points.size(); ++p) {
+    model->points[p].id = ids[p];
+    model->points[p].position = scene.points[p].position;
+    AddObservations(scene, p, files, model);
   }
 }
 
@@ -201,10 +298,8 @@ void WriteColmapModel(const Scene& scene, const fs::path& workspace, bool binary
   const fs::path sparse = workspace / "sparse";
   const ColmapFiles files = ColmapFilesIn(sparse, binary);
   ColmapModel model;
-  for (const View& view : scene.views) AddView(view, &model);
-  const ColmapCameraModel* pinhole = FindCameraModel("PINHOLE", 0, files.cameras);
-  for (ColmapCamera& camera : model.cameras) camera.model = pinhole;
-  for (const ScenePoint& point : scene.points) AddPoint(scene, point, files, &model);
+  AddViews(scene.views, FindCameraModel("PINHOLE", 0, files.cameras), &model);
+  AddPoints(scene, files, &model);
   CheckColmapModel(model, files);  // so that what is written can be read
   MakeFolder(sparse);
   if (binary) {

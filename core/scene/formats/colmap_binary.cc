@@ -127,8 +127,11 @@ std::vector<ColmapImage> ReadImages(const std::filesystem::path& path) {
         image->translation = bytes->ReadVector<3>("TX, TY, TZ");
         image->camera_id = bytes->Read<std::uint32_t>("CAMERA_ID");
         image->name = bytes->ReadName("NAME");
-        const std::size_t count = bytes->ReadCount(kObservationBytes, "number of POINTS2D");
-        bytes->Skip(count * kObservationBytes, "POINTS2D");
+        image->observations.resize(bytes->ReadCount(kObservationBytes, "number of POINTS2D"));
+        for (ColmapObservation& observation : image->observations) {
+          observation.image_point = bytes->ReadVector<2>("POINTS2D X, Y");
+          observation.point_id = bytes->Read<std::uint64_t>("POINTS2D POINT3D_ID");
+        }
       });
 }
 

@@ -13,6 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "core/scene/scene.h"
+
 namespace burin {
 
 // A camera model that burin reads. Its parameters are focal_count focal lengths (f, or fx and fy),
@@ -34,7 +36,7 @@ struct ColmapCamera {
 
 struct ColmapObservation {
   Eigen::Vector2d image_point;  // pixels
-  std::uint64_t point_id = 0;
+  std::uint64_t point_id = kNoId;
 };
 
 struct ColmapImage {
@@ -43,7 +45,6 @@ struct ColmapImage {
   Eigen::Vector3d translation;  // of cam_from_world, world units
   std::uint32_t camera_id = 0;
   std::string name;  // path below images/
-  // Written, but left empty by the readers: burin takes who sees what from the tracks.
   std::vector<ColmapObservation> observations;
 };
 

@@ -29,6 +29,13 @@ std::vector<ColmapCamera> ReadCameras(const std::filesystem::path& path) {
   return cameras;
 }
 
+// Of no point for -1 and whatever else is no number of a point.
+std::uint64_t PointId(std::string_view word) {
+  std::uint64_t id = kNoId;
+  const auto result = std::from_chars(word.data(), word.data() + word.size(), id);
+  return result.ptr == word.data() + word.size() ? id : kNoId;
+}
+
 std::vector<ColmapImage> ReadImages(const std::filesystem::path& path) {
   std::vector<ColmapImage> images;
   TextLines lines(path);
@@ -44,9 +51,10 @@ std::vector<ColmapImage> ReadImages(const std::filesystem::path& path) {
     // one at the end of the file.
     if (!lines.Next()) break;
     while (!lines.AtEndOfLine()) {
-      lines.Number<double>("POINTS2D X");
-      lines.Number<double>("POINTS2D Y");
-      lines.Word("POINTS2D POINT3D_ID");
+      ColmapObservation& observation = image.observations.emplace_back();
+      observation.image_point.x() = lines.Number<double>("POINTS2D X");
+      observation.image_point.y() = lines.Number<double>("POINTS2D Y");
+      observation.point_id = PointId(lines.Word("POINTS2D POINT3D_ID"));
     }
   }
   return images;

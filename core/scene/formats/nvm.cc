@@ -61,6 +61,13 @@ PosedImage ReadCamera(TextLines* lines, const FixedCalibration& fixed) {
   return view;
 }
 
+std::vector<Eigen::Vector2d> PrincipalPoints(const std::vector<PosedImage>& images) {
+  std::vector<Eigen::Vector2d> points;
+  points.reserve(images.size());
+  for (const PosedImage& image : images) points.emplace_back(image.camera.cx, image.camera.cy);
+  return points;
+}
+
 }  // namespace
 
 bool IsNvm(const fs::path& path) { return path.extension() == ".nvm"; }
@@ -95,24 +102,32 @@ PosedScene ReadNvm(const fs::path& path, const fs::path& images) {
   NextLine(&lines, "number of points");
   const auto points = lines.Number<uint32_t>("number of points");
   lines.ExpectEndOfLine();
+  bool from_corner = true;
   for (uint32_t p = 0; p < points; ++p) {
     NextLine(&lines, "point");
     ScenePoint& point = posed.points.emplace_back();
     point.position = lines.Vector3("x", "y", "z");
     for (int k = 0; k < 3; ++k) lines.Number<double>("colour");
+    posed.tracks.BeginPoint();
     const auto views = lines.Number<uint32_t>("number of views");
     for (uint32_t v = 0; v < views; ++v) {
       const auto camera = lines.Number<uint32_t>("view: camera");
       if (camera >= cameras) {
         lines.Fail("view: camera", std::to_string(camera) + " does not exist");
       }
-      lines.Number<uint32_t>("view: feature");
-      lines.Number<double>("view: x");
-      lines.Number<double>("view: y");
-      point.views.push_back(static_cast<int>(camera));
+      Measurement measured;
+      measured.view = static_cast<int>(camera);
+      measured.keypoint = lines.Number<uint32_t>("view: feature");
+      measured.image_point.x() = lines.Number<double>("view: x");
+      measured.image_point.y() = lines.Number<double>("view: y");
+      from_corner = from_corner && measured.image_point.minCoeff() >= 0;
+      point.views.push_back(measured.view);
+      posed.tracks.Add(measured);
     }
     lines.ExpectEndOfLine();
   }
+  // VisualSFM counts from the principal point, COLMAP, when it writes this format, from the corner.
+  if (!from_corner) posed.tracks.Shift(PrincipalPoints(posed.images));
   return posed;
 }
 

@@ -82,6 +82,18 @@ std::map<uint32_t, Intrinsic> ReadIntrinsics(const json& list) {
   return intrinsics;
 }
 
+// Where an observation of the structure is, if it says so.
+void AddMeasurement(const json& observation, int view, Tracks* tracks) {
+  if (!observation.contains("value") || !observation["value"].contains("x")) return;
+  const json& value = observation["value"];
+  Measurement measured;
+  measured.view = view;
+  measured.image_point = {value["x"].at(0).get<double>() + 0.5,
+                          value["x"].at(1).get<double>() + 0.5};
+  if (value.contains("id_feat")) measured.keypoint = Whole<uint32_t>(value["id_feat"]);
+  tracks->Add(measured);
+}
+
 PosedScene FromJson(const json& root, const fs::path& path, const fs::path& images) {
   const std::map<uint32_t, Intrinsic> intrinsics = ReadIntrinsics(root.at("intrinsics"));
   std::map<uint32_t, const json*> poses;
@@ -113,6 +125,9 @@ PosedScene FromJson(const json& root, const fs::path& path, const fs::path& imag
             : FindPhotographBelow(view.name, images);
     view.camera = intrinsic->second.camera;
     view.lens = intrinsic->second.lens;
+    view.image_id = Whole<uint32_t>(entry.at("key"));
+    view.camera_id = intrinsic->first;
+    view.camera_model = intrinsic->second.type;
     Eigen::Matrix3d rotation;
     for (int r = 0; r < 3; ++r) {
       rotation.row(r) = Vector3(pose->second->at("rotation").at(r)).transpose();
@@ -124,9 +139,13 @@ PosedScene FromJson(const json& root, const fs::path& path, const fs::path& imag
   for (const json& entry : root["structure"]) {
     ScenePoint& point = posed.points.emplace_back();
     point.position = Vector3(entry.at("value").at("X"));
+    if (entry.contains("key")) point.id = Whole<uint32_t>(entry["key"]);
+    posed.tracks.BeginPoint();
     for (const json& seen : entry.at("value").at("observations")) {
       const auto view = index_of_view.find(Whole<uint32_t>(seen.at("key")));
-      if (view != index_of_view.end()) point.views.push_back(view->second);
+      if (view == index_of_view.end()) continue;
+      point.views.push_back(view->second);
+      AddMeasurement(seen, view->second, &posed.tracks);
     }
   }
   return posed;

@@ -104,6 +104,7 @@ struct MvsPlatform {
 struct MvsImage {
   std::string name, mask;
   uint32_t platform = kNone, camera = kNone, pose = kNone;
+  uint32_t id = kNone;
 };
 
 MvsPlatform ReadPlatform(Reader* reader, uint32_t version) {
@@ -140,7 +141,7 @@ MvsImage ReadImage(Reader* reader, uint32_t version) {
   image.platform = reader->Number<uint32_t>("platform of image");
   image.camera = reader->Number<uint32_t>("camera of image");
   image.pose = reader->Number<uint32_t>("pose of image");
-  if (version > 2) reader->Number<uint32_t>("image ID");
+  if (version > 2) image.id = reader->Number<uint32_t>("image ID");
   if (version > 6) {
     for (int k = 0; k < 3; ++k) reader->Number<float>("depth of image");
     constexpr size_t kScoreBytes = 24;
@@ -279,6 +280,8 @@ PosedScene ReadOpenMvs(const fs::path& path, const fs::path& images) {
     PosedImage& view = posed.images.emplace_back();
     view.name = names[i];
     view.image_path = paths[i];
+    if (image.id != kNone) view.image_id = image.id;
+    view.camera_id = uint64_t{image.platform} << 32U | image.camera;
     if (!image.mask.empty()) view.mask_path = path.parent_path() / image.mask;
     view.camera = CameraOf(platform.cameras[image.camera], platform.poses[image.pose], sizes[i],
                            path, "image " + image.name + ": ");
@@ -327,6 +330,8 @@ void WriteOpenMvs(const Scene& scene, const fs::path& path) {
     writer.Matrix(view.camera.rotation);
     writer.Vector(view.camera.Center());
   }
+  const bool has_ids = std::all_of(scene.views.begin(), scene.views.end(),
+                                   [](const View& view) { return view.origin.image_id < kNone; });
   writer.Number<uint64_t>(scene.views.size());
   for (uint32_t v = 0; v < scene.views.size(); ++v) {
     writer.Text("images/" + scene.views[v].name);
@@ -334,7 +339,7 @@ void WriteOpenMvs(const Scene& scene, const fs::path& path) {
     writer.Number<uint32_t>(0);  // platform
     writer.Number(v);            // camera
     writer.Number(v);            // pose
-    writer.Number(v);            // ID
+    writer.Number(has_ids ? static_cast<uint32_t>(scene.views[v].origin.image_id) : v);
   }
   writer.Number<uint64_t>(scene.points.size());
   for (const ScenePoint& point : scene.points) {

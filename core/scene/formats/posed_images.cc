@@ -14,6 +14,7 @@
 
 #include "core/image/gray_image.h"
 #include "core/scene/formats/camera_checks.h"
+#include "core/scene/lens_points.h"
 #include "core/support/atomic_file.h"
 #include "core/support/error.h"
 #include "core/support/file_bytes.h"
@@ -119,6 +120,32 @@ void WriteUndistorted(const PosedImage& posed, const fs::path& target) {
   WriteTextAtomically(target, std::string(bytes.begin(), bytes.end()));
 }
 
+// The points that two views see, and their tracks, undistorted.
+void AddPoints(const PosedScene& posed, const std::vector<int>& view_of_image, Scene* scene) {
+  std::vector<PointUndistortion> undistortion;
+  for (const View& view : scene->views) undistortion.emplace_back(view.camera, view.origin.lens);
+  for (size_t p = 0; p < posed.points.size(); ++p) {
+    const ScenePoint& point = posed.points[p];
+    if (!(point.position.cwiseAbs().maxCoeff() < kMostCoordinate)) {
+      throw InputError(posed.file, "a point has a coordinate that is not below 1e30");
+    }
+    std::set<int> views;
+    for (const int image : point.views) views.insert(view_of_image[image]);
+    if (views.size() < 2) continue;
+    scene->points.push_back(
+        {point.position, std::vector<int>(views.begin(), views.end()), point.id});
+    if (posed.tracks.IsEmpty()) continue;
+    scene->tracks.BeginPoint();
+    for (Measurement measurement : posed.tracks.Of(p)) {
+      measurement.view = view_of_image[measurement.view];
+      const auto image_point = undistortion[measurement.view](measurement.image_point);
+      if (!image_point.has_value()) continue;
+      measurement.image_point = *image_point;
+      scene->tracks.Add(measurement);
+    }
+  }
+}
+
 }  // namespace
 
 Scene MakeScene(const PosedScene& posed, bool with_images, const fs::path& masks) {
@@ -140,6 +167,7 @@ Scene MakeScene(const PosedScene& posed, bool with_images, const fs::path& masks
     view.name = image.name;
     view.image_path = image.image_path;
     view.camera = image.camera;
+    view.origin = {image.image_id, image.camera_id, image.camera_model, image.lens};
   }
   if (scene.views.size() < 2) {
     throw InputError(posed.file, "has " + std::to_string(scene.views.size()) +
@@ -163,15 +191,7 @@ Scene MakeScene(const PosedScene& posed, bool with_images, const fs::path& masks
                                   " would be called " + scene.views[0].name + ".png");
     }
   }
-  for (const ScenePoint& point : posed.points) {
-    if (!(point.position.cwiseAbs().maxCoeff() < kMostCoordinate)) {
-      throw InputError(posed.file, "a point has a coordinate that is not below 1e30");
-    }
-    std::set<int> views;
-    for (const int image : point.views) views.insert(view_of_image[image]);
-    if (views.size() < 2) continue;
-    scene.points.push_back({point.position, std::vector<int>(views.begin(), views.end())});
-  }
+  AddPoints(posed, view_of_image, &scene);
   return scene;
 }
 

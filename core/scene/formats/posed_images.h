@@ -2,6 +2,7 @@
 // that took them, and sparse points. No pixels yet. Here it becomes a Scene.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <opencv2/core.hpp>
 #include <string>
@@ -19,6 +20,9 @@ struct PosedImage {
   Camera camera;  // burin's conventions (core/scene/camera.h), the photograph's size
   Lens lens;
   std::string camera_name = "its camera";  // in errors
+  std::uint64_t image_id = kNoId;          // as in Origin
+  std::uint64_t camera_id = kNoId;
+  std::string camera_model;
 };
 
 struct PosedScene {
@@ -26,6 +30,9 @@ struct PosedScene {
   std::filesystem::path images_folder;  // where there is one: must exist when photographs are read
   std::vector<PosedImage> images;
   std::vector<ScenePoint> points;  // views index `images`
+  // Of every point, or empty; views index `images`, and image points are of the photographs, through the
+  // lens.
+  Tracks tracks;
 };
 
 // Views in ascending order of name; points seen by fewer than two views are dropped. Photographs are

@@ -1,0 +1,29 @@
+#include "core/scene/scene.h"
+
+#include <utility>
+
+namespace burin {
+
+Scene WithoutViews(const Scene& scene, const std::vector<int>& index) {
+  Scene without;
+  for (size_t v = 0; v < scene.views.size(); ++v) {
+    if (index[v] >= 0) without.views.push_back(scene.views[v]);
+  }
+  for (const ScenePoint& point : scene.points) {
+    ScenePoint kept{point.position, {}, point.id};
+    for (const int view : point.views) {
+      if (index[view] >= 0) kept.views.push_back(index[view]);
+    }
+    without.points.push_back(std::move(kept));
+  }
+  for (size_t p = 0; p < scene.tracks.PointCount(); ++p) {
+    without.tracks.BeginPoint();
+    for (Measurement measurement : scene.tracks.Of(p)) {
+      measurement.view = index[measurement.view];
+      if (measurement.view >= 0) without.tracks.Add(measurement);
+    }
+  }
+  return without;
+}
+
+}  // namespace burin
