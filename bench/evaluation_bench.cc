@@ -75,7 +75,7 @@ void Evaluation(benchmark::State& state) {
   for (auto _ : state) {
     round->Forget();  // the cached evaluation
     benchmark::DoNotOptimize(round->Evaluate(frozen.mesh.vertices, state.range(0) != 0));
-    windows += round->valid_windows();
+    windows += round->WindowCount();
   }
   state.counters["valid_windows_per_s"] =
       benchmark::Counter(static_cast<double>(windows), benchmark::Counter::kIsRate);

@@ -28,7 +28,9 @@ struct HeldBackVerdict {
   int batches = 0;            // those with windows; the standard error is taken over them
   // The loss must exceed two standard errors: pairs that correlate on neither mesh say nothing. Few
   // batches say nothing either, because their spread cannot be measured.
-  bool Worse() const { return batches >= 8 && after - before > 2 * standard_error; }
+  bool Known() const { return batches >= 8; }
+  bool Worse() const { return Known() && after - before > 2 * standard_error; }
+  bool Better() const { return Known() && before - after > 2 * standard_error; }
 };
 
 // Of the facets listed; neighbouring ones stand beside each other in the list.

@@ -45,6 +45,7 @@ class PhotometricRound : public TermRound, public ceres::EvaluationCallback {
                      std::vector<char>* supported) override;
   ceres::EvaluationCallback* Callback() override { return this; }
   int64_t EvaluationCount() const override { return evaluations_; }
+  int64_t WindowCount() const override { return output_.windows; }
   void Forget() override;
   nlohmann::json Report() const override;
 
@@ -70,7 +71,6 @@ class PhotometricRound : public TermRound, public ceres::EvaluationCallback {
   std::vector<FacetScore> FacetScores(const std::vector<Eigen::Vector3d>& vertices, Windows windows,
                                       bool derivatives);
 
-  int64_t valid_windows() const { return output_.windows; }  // that counted in the last evaluation
   const WindowMasks& masks(int view);
 
  private:

@@ -50,6 +50,7 @@ VertexQuality MeasureVertexQuality(const TriangleMesh& mesh, PhotometricRound* r
   quality.pairs.assign(count, 0);
   for (const ViewDomain& domain : *context.domains) CountPairs(domain, context, &quality.pairs);
   quality.zncc.assign(count, kUndefined);
+  quality.windows.assign(count, 0);
   quality.sd.assign(count, kUndefined);
   // Of the packed upper triangle of CornerSums::curvature.
   constexpr int kDiagonal[3] = {0, 3, 5};
@@ -69,6 +70,7 @@ VertexQuality MeasureVertexQuality(const TriangleMesh& mesh, PhotometricRound* r
           }
         }
       }
+      quality.windows[v] = static_cast<float>(around.weight);
       if (around.weight <= 0) continue;
       const double error = around.cost / around.weight;
       quality.zncc[v] = static_cast<float>(1 - error);

@@ -14,6 +14,7 @@ struct VertexQuality {
   std::vector<float> pairs;
   // Mean ZNCC of the windows centred in the vertex's facets, weighted by omega.
   std::vector<float> zncc;
+  std::vector<float> windows;  // sum of these omega; 0 where there is none
   // Standard deviation of the vertex along its normal, in the unit of `mesh`:
   //
   //   sd^2 = tau^2 / H_vv,   tau^2 = 2 sum omega (1 - z) / sum omega   over the windows of its facets

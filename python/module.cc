@@ -17,7 +17,6 @@
 
 #include "apps/run/judged_scene.h"
 #include "apps/run/level_energy.h"
-#include "apps/run/memory_limit.h"
 #include "apps/run/pipeline.h"
 #include "apps/run/run_output.h"
 #include "apps/run/verdict_output.h"
@@ -166,7 +165,7 @@ void Warn(const std::string& line) {
 // callback raise is raised again when the refinement has ended.
 py::dict RefineMesh(const Scene& scene, const py::array& vertices, const py::array& faces,
                     Options* given, const py::object& callback) {
-  const TriangleMesh mesh = MeshOf(vertices, faces);
+  TriangleMesh mesh = MeshOf(vertices, faces);
   const PipelineOptions options = given->options;
   RunInputs inputs;
   inputs.command_line = "burin.refine";
@@ -195,13 +194,14 @@ py::dict RefineMesh(const Scene& scene, const py::array& vertices, const py::arr
   WithoutGil([&] {
     options.Check();
     inputs.memory = CheckMemory(scene, mesh, options);
-    CheckMeshIsSeen(scene, mesh, "mesh");
+    inputs.parts = OrientAndCheck(scene, options.mesh, "mesh", &mesh);
     judged = JudgeAndSelect(scene, mesh, options);
   });
   if (judged.judged) {
     inputs.verdict = JsonText(VerdictJson(judged.verdict, scene, judged.left_out));
     inputs.verdict_seconds = judged.seconds;
   }
+  for (const std::string& line : inputs.parts.lines) Warn(line);
   for (const std::string& line : judged.lines) Warn(line);
   if (judged.stop) {
     Warn("this cannot be right: " + judged.verdict.reason + "; the input mesh is the result");
@@ -212,6 +212,7 @@ py::dict RefineMesh(const Scene& scene, const py::array& vertices, const py::arr
     WithoutGil([&] { result = RunPipeline(judged.Used(scene), mesh, options, parts); });
   }
   if (raised) std::rethrow_exception(raised);
+  CloseParts(mesh, &result, &inputs.parts);
   py::dict quality;
   for (const VertexScalar& scalar : result.quality)
     quality[scalar.name.c_str()] = Array(scalar.values);
@@ -225,18 +226,17 @@ py::dict RefineMesh(const Scene& scene, const py::array& vertices, const py::arr
 
 py::object Check(const Scene& scene, const py::array& vertices, const py::array& faces,
                  Options* options) {
-  const TriangleMesh mesh = MeshOf(vertices, faces);
+  TriangleMesh mesh = MeshOf(vertices, faces);
   const PipelineOptions given = options->options;
-  const std::string text = WithoutGil([&] {
+  return ParseJson(WithoutGil([&] {
     given.Check();
     const ThreadScope threads(given.threads);
-    CheckMeshIsSeen(scene, mesh, "mesh");
+    const MeshParts parts = OrientAndCheck(scene, given.mesh, "mesh", &mesh);
     PairSelection selection;
     double seconds = 0;
     return JsonText(
-        VerdictJson(SelectAndJudge(scene, mesh, given.pairs, &selection, &seconds), scene, {}));
-  });
-  return ParseJson(text);
+        CheckJson(SelectAndJudge(scene, mesh, given.pairs, &selection, &seconds), scene, parts));
+  }));
 }
 
 py::dict Select(const Scene& scene, const py::array& vertices, const py::array& faces,

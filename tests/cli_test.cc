@@ -281,8 +281,14 @@ TEST_F(RefineErrorsTest, Meshes) {
 TEST_F(RefineErrorsTest, InvertedMesh) {
   // A square across the scene, seen from its front and from its back.
   const std::string square = "OFF\n4 2 0\n-0.8 -0.8 0\n0.8 -0.8 0\n0.8 0.8 0\n-0.8 0.8 0\n";
-  ExpectRefineRefused(Write("inverted.off", square + "3 0 2 1\n3 0 3 2\n"),
-                      {"inverted.off", "inside out"});
+  const std::string inverted = Write("inverted.off", square + "3 0 2 1\n3 0 3 2\n");
+  ExpectRefused(
+      {"refine", In("scene"), "--mesh", inverted, "--output", In("out"), "--mesh.orient", "off"},
+      {"inverted.off", "inside out"});
+  const Outcome turned = Run({"refine", In("scene"), "--mesh", inverted, "--output", In("out"),
+                              "--level.count", "1", "--level.rounds", "1"});
+  EXPECT_EQ(turned.exit_code, 0) << turned.err;
+  EXPECT_THAT(turned.err, HasSubstr("seen from behind only: their faces are turned"));
   const Outcome outcome =
       Run({"refine", In("scene"), "--mesh", Write("upright.off", square + "3 0 1 2\n3 0 2 3\n"),
            "--output", In("out"), "--level.count", "1", "--level.rounds", "1"});

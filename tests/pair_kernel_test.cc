@@ -76,7 +76,7 @@ TEST(PairKernel, EnergyIsThatOfWindowsSummedOneByOne) {
         const double energy = round.energy->Evaluate(round.mesh.vertices, true);
         const auto [expected, windows] = OneByOne(round);
         ASSERT_GT(windows, 1000);
-        EXPECT_EQ(round.energy->valid_windows(), windows) << window << " " << NameOf(mask);
+        EXPECT_EQ(round.energy->WindowCount(), windows) << window << " " << NameOf(mask);
         EXPECT_NEAR(energy, expected, 2e-5 * expected) << window << " " << NameOf(mask);
       }
     }
@@ -91,7 +91,7 @@ TEST(PairKernel, SeveralTilesAreAsOne) {
     const double energy = round.energy->Evaluate(round.mesh.vertices, true);
     const auto [expected, windows] = OneByOne(round);
     ASSERT_GT(windows, 20000);
-    EXPECT_EQ(round.energy->valid_windows(), windows) << window;
+    EXPECT_EQ(round.energy->WindowCount(), windows) << window;
     EXPECT_NEAR(energy, expected, 2e-5 * expected) << window;
     double shares = 0;
     for (const CornerSums& corner : round.energy->corner_sums()) shares += corner.share;
@@ -108,7 +108,7 @@ TEST(PairKernel, MoreThanEightPartners) {
   const double energy = round.energy->Evaluate(round.mesh.vertices, true);
   const auto [expected, windows] = OneByOne(round);
   ASSERT_GT(windows, 10000);
-  EXPECT_EQ(round.energy->valid_windows(), windows);
+  EXPECT_EQ(round.energy->WindowCount(), windows);
   EXPECT_NEAR(energy, expected, 2e-5 * expected);
 }
 

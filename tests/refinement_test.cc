@@ -7,7 +7,7 @@
 #include <string>
 
 #include "apps/run/pipeline.h"
-#include "apps/run/run_output.h"
+#include "apps/run/mesh_parts.h"
 #include "core/evaluate/evaluation.h"
 #include "core/support/error.h"
 #include "core/synthetic/synthetic.h"

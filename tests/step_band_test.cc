@@ -103,7 +103,7 @@ struct Scene {
     term.BeginLevel(views);
     const std::unique_ptr<PhotometricRound> round = term.FreezeRound(frozen);
     round->Evaluate(mesh.vertices, false);
-    return round->valid_windows();
+    return round->WindowCount();
   }
   TriangleMesh mesh;
   std::vector<LevelView> views;

@@ -9,9 +9,9 @@
 #include "apps/commands/commands.h"
 #include "apps/run/free_space_output.h"
 #include "apps/run/judged_scene.h"
+#include "apps/run/mesh_parts.h"
 #include "apps/run/output_folder.h"
 #include "apps/run/pipeline.h"
-#include "apps/run/run_output.h"
 #include "apps/run/scene_arguments.h"
 #include "apps/run/verdict_output.h"
 #include "core/evidence/free_space.h"
@@ -43,21 +43,22 @@ void CheckCommand::Run() const {
   const ThreadScope threads(options.threads);
   std::optional<OutputFolder> output;
   if (!output_path.empty()) output.emplace(output_path);
-  const TriangleMesh mesh = ReadMesh(mesh_path);
+  TriangleMesh mesh = ReadMesh(mesh_path);
   const Scene scene = LoadScene(source.Source());
   for (const std::string& doubt : DoubtsAbout(scene)) std::cerr << doubt << "\n";
-  CheckMeshIsSeen(scene, mesh, mesh_path);
+  const MeshParts parts = OrientAndCheck(scene, options.mesh, mesh_path, &mesh);
   PairSelection selection;
   double seconds = 0;
   const SceneVerdict verdict = SelectAndJudge(scene, mesh, options.pairs, &selection, &seconds);
+  nlohmann::ordered_json found = CheckJson(verdict, scene, parts);
   const FreeSpace free_space = FindFreeSpace(scene, mesh, selection.pairs);
-  nlohmann::ordered_json json_verdict = VerdictJson(verdict, scene, {});
-  json_verdict["free_space"] = FreeSpaceJson(free_space);
-  const std::string document = JsonText(json_verdict);
+  found["free_space"] = FreeSpaceJson(free_space);
+  const std::string document = JsonText(found);
   if (output.has_value()) {
     WritePicture(output->path() / "offsets.png", OffsetPicture(verdict, scene));
     WriteTextAtomically(output->path() / "verdict.json", document);
   }
+  for (const std::string& line : parts.lines) std::cerr << line << "\n";
   std::cout << (json ? document : VerdictText(verdict, scene));
   if (!json && !free_space.patches.empty()) {
     std::cout << FreeSpaceText(free_space, "a refinement leaves them out") << '\n';

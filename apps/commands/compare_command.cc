@@ -71,17 +71,18 @@ void CompareCommand::Run() {
   const OutputFolder output(output_path);
   const std::filesystem::path& folder = output.path();
   MeshReport report;
-  const TriangleMesh mesh = ReadMesh(mesh_path, &report);
+  TriangleMesh mesh = ReadMesh(mesh_path, &report);
   const MemoryCheck memory = CheckMemoryOfAll(LoadScene(source.Source(), /*with_images=*/false),
                                               mesh, pipeline, compare.Names());
   const Scene scene = LoadScene(source.Source());
-  CheckMeshIsSeen(scene, mesh, mesh_path);
+  const MeshParts parts = OrientAndCheck(scene, pipeline.mesh, mesh_path, &mesh);
   Truth truth;
   if (!truth_path.empty()) truth = ReadTruth(truth_path);
 
   Progress progress;
   progress.Begin(1);
   progress.Line("read " + std::to_string(scene.views.size()) + " views; mesh: " + report.Brief());
+  for (const std::string& line : parts.lines) progress.Line(line);
   // A comparison keeps its rows whatever the verdict is.
   PipelineOptions kept = pipeline;
   if (kept.verdict.action == VerdictAction::kStop) kept.verdict.action = VerdictAction::kWarn;

@@ -5,7 +5,7 @@
 
 #include "apps/commands/command.h"
 #include "apps/commands/commands.h"
-#include "apps/run/run_output.h"
+#include "apps/run/mesh_parts.h"
 #include "apps/run/scene_arguments.h"
 #include "core/evaluate/evaluation.h"
 #include "core/image/picture.h"

@@ -209,11 +209,11 @@ void RefineCommand::Run() {
   const std::filesystem::path& folder = output.path();
   RefuseToReplaceTheMesh(folder);
   MeshReport report;
-  const TriangleMesh mesh = ReadMesh(mesh_path, &report);
+  TriangleMesh mesh = ReadMesh(mesh_path, &report);
   RunInputs inputs;
   inputs.memory = CheckMemory(LoadScene(source.Source(), /*with_images=*/false), mesh, options);
   const Scene whole = LoadScene(source.Source());
-  CheckMeshIsSeen(whole, mesh, mesh_path);
+  inputs.parts = OrientAndCheck(whole, options.mesh, mesh_path, &mesh);
   if (!resume_path.empty()) CheckUnchanged(checkpoint, whole, mesh);
   const std::string instruction_set = KernelInstructionSet();
   const std::string before = std::exchange(checkpoint.instruction_set, instruction_set);
@@ -231,6 +231,7 @@ void RefineCommand::Run() {
   progress.Begin(1);
   progress.Line("read " + std::to_string(whole.views.size()) + " views, " +
                 std::to_string(whole.points.size()) + " points; mesh: " + report.Brief());
+  for (const std::string& line : inputs.parts.lines) progress.Line(line);
   if (checkpoint.state.has_value() && before != instruction_set) {
     progress.Line("the run so far used " + before + ", this machine has " + instruction_set +
                   ": the result may differ in its last digits from that of one machine");
@@ -307,6 +308,8 @@ void RefineCommand::Run() {
   for (const std::string& warning : result.selection.warnings) {
     progress.Line("no partner: " + warning);
   }
+  CloseParts(mesh, &result, &inputs.parts);
+  if (result.closing.has_value()) progress.Line(ClosingLine(*result.closing));
   progress.End();
 
   WriteMesh(folder / "refined.ply", result.mesh, nullptr, result.quality);

@@ -1,6 +1,7 @@
 #include "apps/commands/refine_texts.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <sstream>
 
 #include "core/support/fixed_text.h"
@@ -37,12 +38,18 @@ std::string Disagreement(const LevelSummary& level, const std::string& when) {
   return "photographs held back agree less with the mesh " + when + ", " + ScoreText(level);
 }
 
+// Of the sum over this many windows.
+std::string EnergyPerWindow(double energy, int64_t windows) {
+  return windows > 0 ? Fixed(energy / static_cast<double>(windows), 4) : "-";
+}
+
 }  // namespace
 
 std::string EventText(const RefinementEvent& event) {
   std::ostringstream text;
   text << "level " << event.level << " round " << event.round + 1 << " iteration "
-       << event.iteration.iteration << " energy " << event.iteration.energy;
+       << event.iteration.iteration << " energy per window "
+       << EnergyPerWindow(event.iteration.energy, event.windows);
   return text.str();
 }
 
@@ -74,9 +81,10 @@ std::string RoundText(const RoundContext& context, const TriangleMesh& mesh,
   const Camera& name = NamesLevel(*context.views).camera;
   text << "level " << name.width << "x" << name.height << " round " << round.round + 1 << ": "
        << mesh.faces.size() << " faces, " << round.pair_pixels << " pixel pairs, "
-       << round.solve.strategy << " " << round.solve.iterations << " iterations, energy "
-       << round.energy_initial["total"].get<double>() << " -> "
-       << round.energy_final["total"].get<double>();
+       << round.solve.strategy << " " << round.solve.iterations << " iterations, energy per window "
+       << EnergyPerWindow(round.energy_initial["total"].get<double>(), round.windows_initial)
+       << " -> " << EnergyPerWindow(round.energy_final["total"].get<double>(), round.windows_final)
+       << " (" << round.windows_final << " windows)";
   if (round.guard.reverted_vertices > 0) {
     text << ", " << round.guard.reverted_vertices << " vertices taken back";
   }

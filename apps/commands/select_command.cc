@@ -54,8 +54,9 @@ void SelectCommand::Run() {
   const std::filesystem::path& folder = output.path();
   const Scene scene = LoadScene(source.Source(), /*with_images=*/false);
   for (const std::string& doubt : DoubtsAbout(scene)) std::cerr << doubt << "\n";
-  const TriangleMesh mesh = ReadMesh(mesh_path);
-  CheckMeshIsSeen(scene, mesh, mesh_path);
+  TriangleMesh mesh = ReadMesh(mesh_path);
+  const MeshParts parts = OrientAndCheck(scene, options.mesh, mesh_path, &mesh);
+  for (const std::string& line : parts.lines) std::cerr << line << "\n";
   const Stopwatch watch;
   const PairsRecipe recipe = Resolve(options.pairs);
   const PairSurvey survey = SurveyPairs(scene, mesh, recipe.survey);

@@ -22,14 +22,14 @@ namespace burin {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CameraPair, reference, second)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(IterationRecord, iteration, energy, gradient_max, step_norm,
                                    accepted, linear_iterations, seconds)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RefinementEvent, level, round, done, iteration)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RefinementEvent, level, round, done, iteration, windows)
 
 namespace {
 
 using nlohmann::json;
 
 // Raise it whenever the content of the file changes: a program reads checkpoints of its own version only.
-constexpr int kVersion = 5;
+constexpr int kVersion = 6;
 
 std::string Hexadecimal(uint64_t number) {
   char text[24];

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "apps/run/free_space_output.h"
+#include "apps/run/measure_closing.h"
 #include "core/support/error.h"
 #include "core/support/parallel.h"
 #include "core/support/stopwatch.h"
@@ -42,11 +43,13 @@ void DescribeThreads(int* threads, OptionSet* set) {
 }
 
 void SelectOptions::Describe(OptionSet* set) {
+  mesh.Describe(set);
   pairs.Describe(set);
   DescribeThreads(&threads, set);
 }
 
 void PipelineOptions::Describe(OptionSet* set) {
+  mesh.Describe(set);
   pairs.Describe(set);
   photo.Describe(set);
   smooth.Describe(set);
@@ -145,13 +148,20 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
   RefinementObservers observers = parts.observers;
   if (parts.measure_quality) {
     observers.on_end = [&](const RefinementEnd& end) {
-      result.quality =
-          QualityScalars(end, MeasureVertexQuality(*end.mesh, &photometric.RoundOf(*end.terms)));
+      const VertexQuality quality =
+          MeasureVertexQuality(*end.mesh, &photometric.RoundOf(*end.terms));
+      result.quality = QualityScalars(end, quality);
+      result.closing = MeasureClosing(scene, *refined, result.selection, checked.refinement.level,
+                                      checked.photo, judged && held_back.empty(), end, quality);
       if (parts.observers.on_end) parts.observers.on_end(end);
     };
   }
   result.mesh = Refine(scene, *refined, result.selection.pairs, checked.refinement, refinement,
                        observers, &result.refinement, parts.start);
+  if (parts.measure_quality) {
+    result.seen_with_part =
+        SeenWithPart(result.mesh, result.quality.front().values, mesh.vertices.size());
+  }
   if (checked.surface.free_space == FreeSpaceAction::kCut) {
     DropPatchVertices(mesh, result.free_space, &result.mesh, &result.quality);
   } else {

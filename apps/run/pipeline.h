@@ -3,9 +3,12 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "apps/run/closing.h"
+#include "apps/run/mesh_parts.h"
 #include "core/evidence/free_space.h"
 #include "core/mesh/mesh.h"
 #include "core/mesh/mesh_io.h"
@@ -58,6 +61,7 @@ void DescribeThreads(int* threads, OptionSet* set);
 
 // Of commands that choose pairs and refine nothing.
 struct SelectOptions {
+  MeshOptions mesh;
   PairsOptions pairs;
   int threads = 0;  // 0 = all cores
   void Describe(OptionSet* set);
@@ -70,6 +74,7 @@ struct MemoryOptions {
 
 // Mirrors the stages; every option of a run is in here.
 struct PipelineOptions {
+  MeshOptions mesh;  // of commands, which orient it before RunPipeline (apps/run/mesh_parts.h)
   PairsOptions pairs;
   PhotometricOptions photo;
   SmoothnessOptions smooth;
@@ -88,7 +93,9 @@ struct PipelineResult {
   PairSelection selection;
   RefinementSummary refinement;
   std::vector<VertexScalar>
-      quality;           // of `mesh`, as docs/options.md names them; empty if not asked for
+      quality;  // of `mesh`, as docs/options.md names them; empty if not asked for
+  std::optional<ClosingFigures> closing;  // likewise
+  std::vector<char> seen_with_part;       // likewise, by vertex of the mesh given: see SeenWithPart
   FreeSpace free_space;  // of the mesh given; no patches with surface.free_space keep
   double selection_seconds = 0;
   double free_space_seconds = 0;
@@ -103,7 +110,7 @@ struct PipelineParts {
   LevelJudge* judge = nullptr;               // in place of the one that guard.levels asks for
   std::function<RoundTrial(const FrozenRound&)> solve_round;  // see RefinementParts
   std::function<void(const FreeSpace&)> on_free_space;  // before refining, where there is some
-  bool measure_quality = true;                          // fill PipelineResult::quality
+  bool measure_quality = true;                          // fill PipelineResult::quality and closing
 };
 
 // Throws InputError for anything wrong with scene, mesh or options.

@@ -11,18 +11,22 @@
 #include <sstream>
 
 #include "apps/run/free_space_output.h"
-#include "apps/run/turned_axes.h"
 #include "core/scene/doubts.h"
-#include "core/support/error.h"
 #include "core/support/fixed_text.h"
 #include "core/support/parallel.h"
-#include "core/visibility/visibility.h"
 #include "costs/pair_kernel.h"
 
 namespace burin {
 namespace {
 
-constexpr double kFacingColumns = 160;  // of the images that CheckMeshIsSeen casts
+// By term, of sums over this many windows; null where there is none.
+nlohmann::json PerWindow(nlohmann::json energies, int64_t windows) {
+  for (auto& [term, energy] : energies.items()) {
+    energy = windows > 0 ? nlohmann::json(energy.get<double>() / static_cast<double>(windows))
+                         : nlohmann::json();
+  }
+  return energies;
+}
 
 nlohmann::ordered_json RoundJson(const RoundSummary& round) {
   nlohmann::ordered_json json;
@@ -44,6 +48,10 @@ nlohmann::ordered_json RoundJson(const RoundSummary& round) {
                        {"taken_back", round.crossings.taken_back}};
   json["energy_initial"] = round.energy_initial;
   json["energy_final"] = round.energy_final;
+  json["windows_initial"] = round.windows_initial;
+  json["windows_final"] = round.windows_final;
+  json["energy_per_window_initial"] = PerWindow(round.energy_initial, round.windows_initial);
+  json["energy_per_window_final"] = PerWindow(round.energy_final, round.windows_final);
   json["terms"] = round.terms;
   json["seconds"] = {{"visibility", round.visibility_seconds},
                      {"build", round.build_seconds},
@@ -79,6 +87,18 @@ double PeakMemoryMib() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
+void CloseParts(const TriangleMesh& input, PipelineResult* result, MeshParts* parts) {
+  if (!result->closing.has_value()) return;
+  MarkSeenByPairs(input, result->seen_with_part, parts);
+  ClosingFigures& closing = *result->closing;
+  closing.parts = static_cast<int>(parts->parts.size());
+  for (const MeshPart& part : parts->parts) {
+    if (part.seen_by_pair.value_or(true)) continue;
+    ++closing.parts_out;
+    closing.parts_out_area += part.area_share;
+  }
+}
+
 nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOptions& options,
                                    const PipelineResult& result, double total_seconds) {
   nlohmann::ordered_json json;
@@ -96,8 +116,10 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
                    {"doubts", DoubtsAbout(*inputs.scene)},
                    {"vertices", inputs.mesh->vertices.size()},
                    {"faces", inputs.mesh->faces.size()}};
+  json["parts"] = PartsJson(inputs.parts);
   json["verdict"] = inputs.verdict.empty() ? nlohmann::ordered_json()
                                            : nlohmann::ordered_json::parse(inputs.verdict);
+  json["closing"] = result.closing.has_value() ? ClosingJson(*result.closing) : nullptr;
   json["free_space"] = FreeSpaceJson(result.free_space);
   json["output"] = {{"vertices", result.mesh.vertices.size()},
                     {"faces", result.mesh.faces.size()},
@@ -178,50 +200,6 @@ std::string TraceCsv(const std::vector<RefinementEvent>& events) {
         << ',' << record.linear_iterations << ',' << Fixed(record.seconds, 4) << '\n';
   }
   return csv.str();
-}
-
-namespace {
-
-// "; ..." where it would be seen with other axes; without photographs nobody can tell.
-std::string OtherAxes(const Scene& scene, const TriangleMesh& mesh) {
-  if (scene.views.empty() || scene.views[0].gray.empty()) return "";
-  const std::string turned = TurnedAxes(scene, mesh, PairsOptions());
-  return turned.empty() ? "" : "; " + turned;
-}
-
-}  // namespace
-
-void CheckMeshIsSeen(const Scene& scene, const TriangleMesh& mesh,
-                     const std::filesystem::path& mesh_path) {
-  const RayCaster caster(mesh);
-  int64_t front = 0;
-  int64_t seen = 0;
-  for (const View& view : scene.views) {
-    const double shrink = std::max(1.0, view.camera.width / kFacingColumns);
-    const Camera camera =
-        view.camera.Resized(std::max(1, static_cast<int>(view.camera.width / shrink)),
-                            std::max(1, static_cast<int>(view.camera.height / shrink)));
-    const Eigen::Vector3d center = camera.Center();
-    for (const int facet : caster.FacetMap(camera)) {
-      if (facet < 0) continue;
-      const Eigen::Vector3d to_camera = center - mesh.vertices[mesh.faces[facet][0]];
-      front += FaceAreaNormal(mesh, facet).dot(to_camera) > 0 ? 1 : 0;
-      ++seen;
-    }
-  }
-  if (seen == 0) {
-    throw InputError(mesh_path, "vertices: none of the " + std::to_string(scene.views.size()) +
-                                    " views sees the mesh; mesh and cameras are not in the same "
-                                    "coordinate frame" +
-                                    OtherAxes(scene, mesh));
-  }
-  const double share = static_cast<double>(front) / static_cast<double>(seen);
-  if (share < 0.5) {
-    throw InputError(mesh_path, "faces: only " + Fixed(100 * share, 0) +
-                                    " % of what the cameras see of the mesh is its front; it is "
-                                    "inside out (reverse the order of each face's vertices)" +
-                                    OtherAxes(scene, mesh));
-  }
 }
 
 }  // namespace burin

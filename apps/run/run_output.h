@@ -2,12 +2,12 @@
 // and trace.csv with one line per iteration.
 #pragma once
 
-#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 #include "apps/run/memory_limit.h"
+#include "apps/run/mesh_parts.h"
 #include "apps/run/pipeline.h"
 
 namespace burin {
@@ -28,11 +28,15 @@ struct RunInputs {
   const Scene* scene = nullptr;
   const TriangleMesh* mesh = nullptr;
   std::string mesh_report;  // one line of checks
+  MeshParts parts;
   double load_seconds = 0;
   MemoryCheck memory;   // made before the run
   std::string verdict;  // JSON; empty = not judged
   double verdict_seconds = 0;
 };
+
+// Which parts of the mesh took none in the refinement: marks them, and counts them in the closing figures.
+void CloseParts(const TriangleMesh& input, PipelineResult* result, MeshParts* parts);
 
 // Everything about a finished run. `total_seconds` includes reading and writing.
 nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOptions& options,
@@ -40,10 +44,5 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
 
 // CSV text: level,round,iteration,energy,gradient_max,step_norm,accepted,linear_iterations,seconds
 std::string TraceCsv(const std::vector<RefinementEvent>& events);
-
-// Throws InputError naming the mesh file when no view sees the mesh, or when most of the pixels that hit
-// it first hit the back of a facet: the mesh is inside out.
-void CheckMeshIsSeen(const Scene& scene, const TriangleMesh& mesh,
-                     const std::filesystem::path& mesh_path);
 
 }  // namespace burin

@@ -57,6 +57,12 @@ ordered_json VerdictJson(const SceneVerdict& verdict, const Scene& scene,
   return json;
 }
 
+ordered_json CheckJson(const SceneVerdict& verdict, const Scene& scene, const MeshParts& parts) {
+  ordered_json json = VerdictJson(verdict, scene, {});
+  json["parts"] = PartsJson(parts);
+  return json;
+}
+
 std::string VerdictText(const SceneVerdict& verdict, const Scene& scene) {
   size_t width = 10;
   for (const View& view : scene.views) width = std::max(width, view.name.size());

@@ -123,6 +123,12 @@ nlohmann::json RoundProblem::EnergyByTerm() const {
   return energies;
 }
 
+int64_t RoundProblem::WindowCount() const {
+  int64_t count = 0;
+  for (const auto& [term, round] : terms_) count += round->WindowCount();
+  return count;
+}
+
 RoundTrial RoundProblem::Try(const Strategy& strategy, const SolverOptions& options,
                              const std::vector<Eigen::Vector3d>& start,
                              const FrozenRound::OnProgress& on_progress) const {
@@ -130,6 +136,7 @@ RoundTrial RoundProblem::Try(const Strategy& strategy, const SolverOptions& opti
   RoundTrial trial;
   std::copy(start.begin(), start.end(), vertices.begin());  // the addresses are the problem's
   trial.energy_initial = EnergyByTerm();
+  trial.windows_initial = WindowCount();
   for (const auto& [term, round] : terms_) round->Forget();
   const int64_t evaluations_before = EvaluationCount(terms_);
   double paused_seconds = 0;
@@ -162,6 +169,7 @@ RoundTrial RoundProblem::Try(const Strategy& strategy, const SolverOptions& opti
   trial.evaluations = EvaluationCount(terms_) - evaluations_before;
   if (!trial.solve.usable) std::copy(start.begin(), start.end(), vertices.begin());
   trial.energy_final = EnergyByTerm();
+  trial.windows_final = WindowCount();
   if (on_progress && vertices != reported) {
     IterationRecord record;
     record.iteration = trial.solve.iterations;

@@ -25,6 +25,8 @@ struct RoundTrial {
   std::vector<Eigen::Vector3d> vertices;  // normalised world; the start when not usable
   nlohmann::json energy_initial;          // by term
   nlohmann::json energy_final;
+  int64_t windows_initial = 0;  // of which the energies are sums
+  int64_t windows_final = 0;
   int64_t evaluations = 0;  // by the strategy, that of the start included
   double seconds = 0;       // of the strategy, without the time spent in `on_progress`
 };
@@ -71,6 +73,7 @@ class RoundProblem {
   int Unknowns() const;  // of the vertices that may move
   // At the vertices' current positions, and their "total".
   nlohmann::json EnergyByTerm() const;
+  int64_t WindowCount() const;  // of all terms, where they were evaluated last
   // Solves a copy of the task from `start`, with nothing evaluated yet, and leaves the vertices at
   // `start` again. Energies before and after are outside clock and count. See FrozenRound::solve.
   RoundTrial Try(const Strategy& strategy, const SolverOptions& options,

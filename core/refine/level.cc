@@ -223,6 +223,7 @@ std::optional<std::vector<Eigen::Vector3d>> Level::Solve(RefinementState* state,
                                             &state->was_supported, &frozen_->context);
   if (summary->supported_vertices == 0) return std::nullopt;
   problem.SupportIsKnown();
+  windows_ = problem.WindowCount();
   problem.task.pixel = std::ldexp(1.0, level_);
   problem.task.on_iteration = [&](const IterationRecord& record) {
     return Report(record, state->round, progress);
@@ -232,15 +233,19 @@ std::optional<std::vector<Eigen::Vector3d>> Level::Solve(RefinementState* state,
     summary->energy_initial = std::move(trial.energy_initial);
     summary->solve = std::move(trial.solve);
     summary->energy_final = std::move(trial.energy_final);
+    summary->windows_initial = trial.windows_initial;
+    summary->windows_final = trial.windows_final;
     summary->solve_seconds = trial.seconds;
     return std::move(trial.vertices);
   }
   const Stopwatch solve_watch;
   const Strategy& strategy = StrategyFor(solver_.type, problem.Unknowns(), solver_);
   summary->energy_initial = problem.EnergyByTerm();
+  summary->windows_initial = windows_;
   summary->solve = strategy.solve(problem.task, solver_);
   summary->solve.strategy = strategy.name;
   summary->energy_final = problem.EnergyByTerm();
+  summary->windows_final = problem.WindowCount();
   summary->solve_seconds = solve_watch.Seconds();
   return std::move(parameters.vertices);
 }
@@ -282,6 +287,7 @@ bool Level::Report(const IterationRecord& record, int round, RefinementProgress*
           : 1.0;
   event.done = progress->Share(level_, share);
   event.iteration = record;
+  event.windows = windows_;
   if (!task_.observers.on_iteration(event)) progress->Stop();
   return !progress->stopped();
 }

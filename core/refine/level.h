@@ -91,6 +91,7 @@ class Level {
   const int level_;
   SolverOptions solver_;
   double image_seconds_ = 0;
+  int64_t windows_ = 0;  // that count at the start of the round in work
   std::vector<LevelView> views_;
   std::optional<CrossingGuard> crossings_;  // of mesh_; none with guard.crossings off
   TriangleMesh mesh_;                       // the state's, in the order of its `order`

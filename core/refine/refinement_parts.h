@@ -29,6 +29,7 @@ struct RefinementEvent {
   int round = 0;
   double done = 0;  // estimated share of the whole run's work
   IterationRecord iteration;
+  int64_t windows = 0;  // at the start of the round: what its energies are sums over
 };
 
 // The refined mesh with a frozen round: the last one, or one made for this mesh where that one was not

@@ -14,10 +14,10 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SolveSummary, usable, initial_energy, final_e
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LocalGuardReport, inverted_facets, stretched_edges, far_vertices,
                                    reverted_vertices)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CrossingReport, found, left, taken_back)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RoundSummary, round, solve, energy_initial, energy_final, terms,
-                                   pair_pixels, supported_vertices, relaxed_vertices,
-                                   carried_vertices, guard, crossings, visibility_seconds,
-                                   build_seconds, solve_seconds)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RoundSummary, round, solve, energy_initial, energy_final,
+                                   windows_initial, windows_final, terms, pair_pixels,
+                                   supported_vertices, relaxed_vertices, carried_vertices, guard,
+                                   crossings, visibility_seconds, build_seconds, solve_seconds)
 
 template <typename T>
 void to_json(nlohmann::json& json, const BeforeAndAfter<T>& counts) {  // NOLINT: nlohmann's name

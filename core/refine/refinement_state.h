@@ -20,6 +20,8 @@ struct RoundSummary {
   SolveSummary solve;
   nlohmann::json energy_initial;  // by term
   nlohmann::json energy_final;
+  int64_t windows_initial = 0;  // of which the energies are sums
+  int64_t windows_final = 0;
   nlohmann::json terms;     // EnergyTerm::RoundReport by term
   int64_t pair_pixels = 0;  // sum of |Omega_ij|
   int supported_vertices = 0;

@@ -95,6 +95,9 @@ class TermRound {
   // How often the term's data were evaluated; 0 for terms without a callback.
   virtual int64_t EvaluationCount() const { return 0; }
 
+  // Of how many windows the term's energy was the sum at the last evaluation; 0 for terms that have none.
+  virtual int64_t WindowCount() const { return 0; }
+
   // Drops what is remembered of the last evaluated positions, so that the next evaluation is a real
   // one wherever it is. For timing solvers from the same start.
   virtual void Forget() {}

@@ -1,0 +1,97 @@
+#include "apps/run/closing.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "core/support/fixed_text.h"
+
+namespace burin {
+namespace {
+
+using nlohmann::ordered_json;
+
+// Good scenes end below 0.6, and photographs under wrong names above 0.79 (docs/guard.md).
+constexpr double kNoAgreement = 0.75;
+
+bool AgreesWithNeither(const HeldBackVerdict& change) {
+  return std::min(change.before, change.after) > kNoAgreement;
+}
+
+std::string ChangeText(const ClosingFigures& figures) {
+  const HeldBackVerdict& change = *figures.held_back;
+  return "mean 1 - ZNCC on held-back " + figures.judged_by + " " + Fixed(change.before, 3) +
+         " -> " + Fixed(change.after, 3);
+}
+
+std::string OutcomeText(const ClosingFigures& figures) {
+  switch (OutcomeOf(figures)) {
+    case RunOutcome::kUndone:
+      return "undone: the input surface is returned";
+    case RunOutcome::kCannotTell:
+      if (figures.held_back.has_value() && figures.held_back->Known()) {
+        return "cannot tell whether it worked: photographs held back agree with neither surface, " +
+               ChangeText(figures);
+      }
+      return "cannot tell whether it worked: too few windows are held back to judge by";
+    default:
+      return NameOf(OutcomeOf(figures)) + ": " + ChangeText(figures);
+  }
+}
+
+ordered_json OrNull(const std::optional<double>& figure) {
+  return figure.has_value() ? ordered_json(*figure) : ordered_json();
+}
+
+}  // namespace
+
+RunOutcome OutcomeOf(const ClosingFigures& figures) {
+  if (!figures.moved) return RunOutcome::kUndone;
+  if (!figures.held_back.has_value() || !figures.held_back->Known()) return RunOutcome::kCannotTell;
+  const HeldBackVerdict& change = *figures.held_back;
+  if (AgreesWithNeither(change)) return RunOutcome::kCannotTell;
+  if (change.Worse()) return RunOutcome::kWorse;
+  return change.Better() ? RunOutcome::kWorked : RunOutcome::kLittle;
+}
+
+std::string ClosingLine(const ClosingFigures& figures) {
+  std::string line = OutcomeText(figures);
+  std::vector<std::string> shares;
+  if (figures.unseen.has_value()) {
+    shares.push_back(PercentText(*figures.unseen) + " of the surface is seen by no pair");
+  }
+  if (figures.against.has_value()) {
+    shares.push_back(PercentText(*figures.against) + " is against the evidence");
+  }
+  if (figures.parts_out > 0) {
+    shares.push_back(std::to_string(figures.parts_out) + " of " + std::to_string(figures.parts) +
+                     " parts, " + PercentText(figures.parts_out_area) +
+                     " of the area, took no part");
+  }
+  for (size_t k = 0; k < shares.size(); ++k) line += (k == 0 ? "; " : ", ") + shares[k];
+  return line;
+}
+
+ordered_json ClosingJson(const ClosingFigures& figures) {
+  ordered_json json;
+  json["outcome"] = NameOf(OutcomeOf(figures));
+  json["line"] = ClosingLine(figures);
+  json["held_back"] = nullptr;
+  if (figures.held_back.has_value()) {
+    const HeldBackVerdict& change = *figures.held_back;
+    json["held_back"] = {{"by", figures.judged_by},
+                         {"image", {figures.width, figures.height}},
+                         {"before", change.before},
+                         {"after", change.after},
+                         {"standard_error", change.standard_error},
+                         {"windows", change.windows}};
+  }
+  json["unseen_share"] = OrNull(figures.unseen);
+  json["against_share"] = OrNull(figures.against);
+  json["parts_out"] = {
+      {"count", figures.parts_out}, {"of", figures.parts}, {"area_share", figures.parts_out_area}};
+  json["seconds"] = figures.seconds;
+  return json;
+}
+
+}  // namespace burin

@@ -1,0 +1,146 @@
+#include "apps/run/measure_closing.h"
+
+#include <algorithm>
+
+#include "core/refine/normalized_world.h"
+#include "core/refine/view_levels.h"
+#include "core/support/stopwatch.h"
+#include "core/visibility/visibility.h"
+#include "costs/photometric_energy.h"
+
+namespace burin {
+namespace {
+
+constexpr int kHalvings = 2;  // more than on the finest level
+// Unrelated photographs have a mean ZNCC of 0. docs/guard.md has the errors of vertices by their ZNCC.
+constexpr float kUnrelated = 0.1F;
+constexpr float kEnoughWindows = 16;
+
+// What a mesh with the facets of the refined one is compared by.
+struct HeldBack {
+  std::vector<LevelView> views;
+  std::vector<CameraPair> used;  // those that squares are held back of; else none
+  std::vector<CameraPair> pairs;
+  double border_px = 0;
+  int level = 0;
+  const std::vector<char>& boundary;
+  PhotometricEnergy* photometric = nullptr;
+
+  std::vector<FacetScore> ScoresOf(const TriangleMesh& mesh) const;
+};
+
+std::vector<CameraPair> TakingPart(const std::vector<CameraPair>& pairs,
+                                   const std::vector<ViewAtLevel>& views) {
+  std::vector<CameraPair> kept;
+  for (const CameraPair& pair : pairs) {
+    if (views[pair.reference].takes_part && views[pair.second].takes_part) kept.push_back(pair);
+  }
+  return kept;
+}
+
+// Of a round's context only what scores need: it is never solved.
+std::vector<FacetScore> HeldBack::ScoresOf(const TriangleMesh& mesh) const {
+  std::vector<Camera> cameras;
+  std::vector<cv::Mat> masks;
+  for (const LevelView& view : views) {
+    cameras.push_back(view.camera);
+    masks.push_back(view.mask);
+  }
+  std::vector<ViewPartners> held_back;
+  const std::vector<ViewDomain> domains =
+      RayCaster(mesh).Cast(cameras, used, border_px, masks, pairs, &held_back);
+  RoundContext context;
+  context.views = &views;
+  context.domains = &domains;
+  context.held_back = &held_back;
+  context.mesh = &mesh;
+  context.boundary = boundary;
+  context.level = level;
+  return photometric->FreezeRound(context)->FacetScores(
+      mesh.vertices, PhotometricRound::Windows::kHeldBack, /*derivatives=*/false);
+}
+
+// One pair of every reference view: enough for squares to be judged by.
+std::vector<CameraPair> OnePairEach(const std::vector<CameraPair>& pairs) {
+  std::vector<CameraPair> kept;
+  for (const CameraPair& pair : pairs) {
+    const bool has_one = std::any_of(kept.begin(), kept.end(), [&](const CameraPair& other) {
+      return other.reference == pair.reference;
+    });
+    if (!has_one) kept.push_back(pair);
+  }
+  return kept;
+}
+
+// From small images to those of the finest level, until something can be said.
+void Compare(const Scene& scene, const TriangleMesh& input, const PairSelection& selection,
+             const LevelOptions& level, const PhotometricOptions& photo, const RefinementEnd& end,
+             ClosingFigures* figures) {
+  const bool squares = selection.held_back.empty();
+  figures->judged_by = squares ? "squares" : "pairs";
+  const std::vector<CameraPair> used =
+      squares ? OnePairEach(selection.pairs) : std::vector<CameraPair>();
+  const TriangleMesh start{end.input_position, end.mesh->faces};
+  const NormalizedWorld world = NormalizedWorld::Of(scene, input);
+  LevelOptions small = level;
+  small.count = 1 + kHalvings;
+  const ViewLevels levels(scene, input, small);
+  for (int at = levels.Coarsest(selection.pairs, selection.held_back); at >= level.finest; --at) {
+    const std::vector<ViewAtLevel> views = levels.At(at);
+    PhotometricEnergy photometric(photo, squares);
+    const HeldBack held_back{MakeLevelViews(scene, views, world.origin, 1 / world.footprint),
+                             TakingPart(used, views),
+                             TakingPart(selection.held_back, views),
+                             level.border_px,
+                             at,
+                             end.context->boundary,
+                             &photometric};
+    photometric.BeginLevel(held_back.views);
+    const Camera& name = NamesLevel(held_back.views).camera;
+    figures->width = name.width;
+    figures->height = name.height;
+    figures->held_back = CompareScores(held_back.ScoresOf(start), held_back.ScoresOf(*end.mesh));
+    if (figures->held_back->Known()) break;
+  }
+}
+
+// A third of the area of the facets around each vertex.
+std::vector<double> VertexAreas(const TriangleMesh& mesh) {
+  std::vector<double> areas(mesh.vertices.size(), 0);
+  for (size_t f = 0; f < mesh.faces.size(); ++f) {
+    const double third = FaceAreaNormal(mesh, static_cast<int>(f)).norm() / 6;
+    for (const int v : mesh.faces[f]) areas[v] += third;
+  }
+  return areas;
+}
+
+}  // namespace
+
+ClosingFigures MeasureClosing(const Scene& scene, const TriangleMesh& input,
+                              const PairSelection& selection, const LevelOptions& level,
+                              const PhotometricOptions& photo, bool squares_were_left_out,
+                              const RefinementEnd& end, const VertexQuality& quality) {
+  const Stopwatch watch;
+  ClosingFigures figures;
+  figures.moved = end.mesh->vertices != end.input_position;
+  if (!selection.held_back.empty() || squares_were_left_out) {
+    Compare(scene, input, selection, level, photo, end, &figures);
+  }
+  const std::vector<double> areas = VertexAreas(*end.mesh);
+  double whole = 0;
+  double unseen = 0;
+  double against = 0;
+  for (size_t v = 0; v < areas.size(); ++v) {
+    whole += areas[v];
+    if (end.context->seen[v] == 0) unseen += areas[v];
+    if (quality.windows[v] >= kEnoughWindows && quality.zncc[v] < kUnrelated) against += areas[v];
+  }
+  if (whole > 0) {
+    figures.unseen = unseen / whole;
+    figures.against = against / whole;
+  }
+  figures.seconds = watch.Seconds();
+  return figures;
+}
+
+}  // namespace burin
