@@ -120,8 +120,6 @@ TEST(FreeSpace, ARunLeavesTheSheetAloneAndSeesThroughIt) {
   FreeSpace none;
   const PipelineResult kept = run(FreeSpaceAction::kKeep, &none);
   EXPECT_TRUE(none.patches.empty());
-  // Kept, the sheet is cut into the pixels of the view that it hides.
-  EXPECT_GT(ConnectedComponents(kept.mesh).back().size(), 2 * facets);
   const PipelineResult cut = run(FreeSpaceAction::kCut, &found);
   EXPECT_EQ(cut.mesh.faces.size() + facets, ignored.mesh.faces.size());
   EXPECT_LT(cut.mesh.vertices.size(), ignored.mesh.vertices.size());

@@ -1,4 +1,4 @@
-// What the smoothness term asks of a vertex that moves in the round, and of one that does not.
+// What the smoothness term asks of a vertex, and of one that keeps its shape.
 #include "costs/smoothness_energy.h"
 
 #include <ceres/problem.h>
@@ -23,7 +23,7 @@ struct Spike {
     context.faces = VertexFaces(mesh);
     context.boundary = BoundaryVertices(mesh, VertexFaces(mesh));
     context.normals = VertexNormals(mesh, VertexFaces(mesh));
-    context.moves.assign(mesh.vertices.size(), 1);
+    context.keeps_shape.assign(mesh.vertices.size(), 0);
   }
   // Energy and its derivative by the height of the lifted vertex.
   double Evaluate(double* slope) {
@@ -46,16 +46,16 @@ struct Spike {
   RoundContext context;
 };
 
-TEST(SmoothnessEnergy, WhatMovesIsFlattened) {
+TEST(SmoothnessEnergy, ASpikeIsFlattened) {
   Spike spike;
   double slope = 0;
   EXPECT_GT(spike.Evaluate(&slope), 0.1);
   EXPECT_GT(slope, 1);
 }
 
-TEST(SmoothnessEnergy, WhatDoesNotKeepsItsShape) {
+TEST(SmoothnessEnergy, WhatKeepsItsShapeIsNot) {
   Spike spike;
-  spike.context.moves.assign(spike.mesh.vertices.size(), 0);
+  spike.context.keeps_shape.assign(spike.mesh.vertices.size(), 1);
   double slope = 0;
   EXPECT_NEAR(spike.Evaluate(&slope), 0, 1e-20);
   EXPECT_NEAR(slope, 0, 1e-12);
