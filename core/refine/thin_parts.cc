@@ -22,9 +22,9 @@ std::vector<char> ThinVertices(const TriangleMesh& mesh,
       if (normals[v].isZero()) continue;
       const Eigen::Vector3d inward = -normals[v];
       RayHit hit;
-      if (!rays.Intersect(mesh.vertices[v] + kClear * width * inward, inward, &hit)) continue;
-      const bool leaves = FaceAreaNormal(mesh, hit.face).dot(inward) > 0;
-      if (leaves && hit.distance < width) thin[v] = 1;
+      if (!rays.Intersect(mesh.vertices[v] + kClear * width * inward, inward, &hit, width))
+        continue;
+      if (FaceAreaNormal(mesh, hit.face).dot(inward) > 0) thin[v] = 1;
     }
   });
   return thin;

@@ -22,10 +22,11 @@ MeshRays::MeshRays(const TriangleMesh& mesh, const Eigen::Vector3d& origin)
 MeshRays::~MeshRays() = default;
 
 bool MeshRays::Intersect(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
-                         RayHit* hit) const {
+                         RayHit* hit, double far) const {
   EmbreeRay ray;
   ray.from = embree_->Local(origin);
   ray.direction = direction.cast<float>();
+  ray.far = static_cast<float>(far);
   RTCRayHit query;
   ray.Put(0, &query.ray);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;

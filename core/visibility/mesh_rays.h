@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <memory>
 
 #include "core/mesh/mesh.h"
@@ -31,9 +32,10 @@ class MeshRays {
   MeshRays(const MeshRays&) = delete;
   MeshRays& operator=(const MeshRays&) = delete;
 
-  // The closest face of either orientation along origin + distance * direction, distance > 0.
-  bool Intersect(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
-                 RayHit* hit) const;
+  // The closest face of either orientation along origin + distance * direction, 0 < distance < `far`, to
+  // single precision.
+  bool Intersect(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, RayHit* hit,
+                 double far = std::numeric_limits<double>::infinity()) const;
 
   // A surface point with outward normal `normal` is in the image, in front of the camera, faces it,
   // and nothing lies between them. Surface closer than 1e-4 of the viewing distance to the point
