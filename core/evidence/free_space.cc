@@ -153,9 +153,10 @@ class FreeSpaceJury {
 
   // ZNCC of the window with the view's partners through the plane of a facet: the second best of them, each
   // the best of places along its epipolar line. Nothing where fewer than two can tell. Partners in which
-  // `other`, the point of the other hypothesis, is at the same place cannot.
+  // `other`, the point of the other hypothesis, is at the same place cannot. Not looked for above `enough`.
   std::optional<float> Agreement(int i, const Eigen::Vector2d& at, int facet,
-                                 const Eigen::Vector3d& point, const Eigen::Vector3d* other) const {
+                                 const Eigen::Vector3d& point, const Eigen::Vector3d* other,
+                                 float enough) const {
     Eigen::Vector3d normal = FaceAreaNormal(mesh_, facet).normalized();
     // The photograph looks at it from behind: then so does whoever sees the same side.
     if (normal.dot(views_[i].camera.Center() - point) < 0) normal = -normal;
@@ -175,12 +176,15 @@ class FreeSpaceJury {
       const GridWindow window(views_[i].image, warped->at_i);
       if (!window.valid() || window.contrast() < kLeastContrast) continue;
       float best = -1;
-      for (int a = -kSearchPx; a <= kSearchPx; ++a) {
+      for (int k = 0; k <= 2 * kSearchPx && best < enough; ++k) {
         SampleGrid shifted = warped->at_j;
-        shifted.center = warped->at_j.At(a, 0);
+        shifted.center = warped->at_j.At(k % 2 == 0 ? k / 2 : -(k + 1) / 2, 0);
         best = std::max(best, window.ScoreAt(second.image, shifted).value_or(-1.0F));
       }
       scores.push_back(best);
+      if (std::count_if(scores.begin(), scores.end(), [&](float s) { return s >= enough; }) == 2) {
+        return enough;
+      }
     }
     if (scores.size() < 2) return std::nullopt;
     std::nth_element(scores.begin(), scores.begin() + 1, scores.end(), std::greater<>());
@@ -204,15 +208,15 @@ class FreeSpaceJury {
     const Camera& camera = views_[i].camera;
     for (const WindowPlace& place : PlacesOf(rays_, views_[i], i, kPlacesPerView)) {
       const std::optional<RayHit> behind = Behind(camera, place.at, camera.Depth(place.point));
-      const std::optional<float> here =
-          Agreement(i, place.at, place.facet, place.point, behind ? &behind->point : nullptr);
+      const std::optional<float> here = Agreement(i, place.at, place.facet, place.point,
+                                                  behind ? &behind->point : nullptr, kAgrees);
       const double reach = ReachAt(camera, place.point);
       if (here.has_value() && *here >= kAgrees) {
         votes->Add({place.point, reach, place.facet, false});
       }
       if (!behind.has_value()) continue;
       const std::optional<float> there =
-          Agreement(i, place.at, behind->face, behind->point, &place.point);
+          Agreement(i, place.at, behind->face, behind->point, &place.point, 1);
       if (there.has_value() && *there >= kAgrees && here.value_or(-1) <= *there - kClearlyBetter &&
           CoversWindow(camera, place.at, (camera.Depth(place.point) + behind->distance) / 2)) {
         votes->Add({place.point, reach, place.facet, true});

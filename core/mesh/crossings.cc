@@ -142,6 +142,8 @@ class CrossingSearch::BoxTree {
       : boxes_(boxes), some_(some), device_(rtcNewDevice(nullptr)) {
     CHECK(device_ != nullptr) << "Embree error " << rtcGetDeviceError(nullptr);
     scene_ = rtcNewScene(device_);
+    // A tree is asked once or a few times: building it takes most of the time.
+    rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_LOW);
     RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
     rtcSetGeometryUserPrimitiveCount(
         geometry, static_cast<unsigned>(some != nullptr ? some->size() : boxes.size()));
