@@ -68,6 +68,13 @@ std::string ClosingLine(const ClosingFigures& figures) {
                      " parts, " + PercentText(figures.parts_out_area) +
                      " of the area, took no part");
   }
+  if (!figures.hidden_view.empty()) {
+    shares.push_back(PercentText(figures.hidden_share) + " of " + figures.hidden_view +
+                     " is hidden by surface in free space");
+  }
+  if (figures.back_faces_after.has_value()) {
+    shares.push_back(PercentText(*figures.back_faces_after) + " of the pixels see back faces");
+  }
   for (size_t k = 0; k < shares.size(); ++k) line += (k == 0 ? "; " : ", ") + shares[k];
   return line;
 }
@@ -90,6 +97,12 @@ ordered_json ClosingJson(const ClosingFigures& figures) {
   json["against_share"] = OrNull(figures.against);
   json["parts_out"] = {
       {"count", figures.parts_out}, {"of", figures.parts}, {"area_share", figures.parts_out_area}};
+  json["hidden"] = nullptr;
+  if (!figures.hidden_view.empty()) {
+    json["hidden"] = {{"view", figures.hidden_view}, {"share", figures.hidden_share}};
+  }
+  json["back_faces"] = {{"before", OrNull(figures.back_faces_before)},
+                        {"after", OrNull(figures.back_faces_after)}};
   json["seconds"] = figures.seconds;
   return json;
 }

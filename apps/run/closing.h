@@ -37,6 +37,12 @@ struct ClosingFigures {
   int parts_out = 0;
   int parts = 0;
   double parts_out_area = 0;
+  // What facets in free space hide of the view that they hide most of (core/evidence/free_space.h); empty: none.
+  std::string hidden_view;
+  double hidden_share = 0;
+  // Of the pixels that see the mesh, those that see its back, as the first level began and the last one ended.
+  std::optional<double> back_faces_before;
+  std::optional<double> back_faces_after;
   double seconds = 0;  // to measure all this
 };
 

@@ -110,6 +110,20 @@ std::vector<VertexScalar> QualityScalars(const RefinementEnd& reached,
   return scalars;
 }
 
+// What the levels and the free space say, into the closing figures.
+void CloseSurface(const PipelineOptions& options, PipelineResult* result) {
+  if (!result->closing.has_value()) return;
+  ClosingFigures& closing = *result->closing;
+  if (!result->free_space.hidden.empty() && options.surface.free_space != FreeSpaceAction::kCut) {
+    closing.hidden_view = result->free_space.hidden[0].view;
+    closing.hidden_share = result->free_space.hidden[0].share;
+  }
+  const std::vector<LevelSummary>& levels = result->refinement.levels;
+  if (options.refinement.guard.crossings == Crossings::kOff || levels.empty()) return;
+  closing.back_faces_before = levels.front().back_faces.before;
+  closing.back_faces_after = levels.back().back_faces.after;
+}
+
 }  // namespace
 
 PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
@@ -162,6 +176,7 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
     result.seen_with_part =
         SeenWithPart(result.mesh, result.quality.front().values, mesh.vertices.size());
   }
+  CloseSurface(checked, &result);
   if (checked.surface.free_space == FreeSpaceAction::kCut) {
     DropPatchVertices(mesh, result.free_space, &result.mesh, &result.quality);
   } else {
