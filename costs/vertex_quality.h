@@ -25,7 +25,7 @@ struct VertexQuality {
   // independent residuals; here with the neighbours held fixed. Pairs that share a photograph share
   // its noise, which here counts as if it were each pair's own: sd is too small by about the square
   // root of two where every pair is used in both directions, by more with several partners. Against
-  // an exact mesh it is right to a factor of two (docs/guard.md, "An exact mesh";
+  // an exact mesh it is right to a factor of two (docs/guard_figures.md, "An exact mesh";
   // WeakEvidence.AnExactMeshStaysWithinTheNoiseFloor).
   std::vector<float> sd;
 };

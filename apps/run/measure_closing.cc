@@ -12,7 +12,7 @@ namespace burin {
 namespace {
 
 constexpr int kHalvings = 2;  // more than on the finest level
-// Unrelated photographs have a mean ZNCC of 0. docs/guard.md has the errors of vertices by their ZNCC.
+// Unrelated photographs have a mean ZNCC of 0. docs/guard_figures.md has the errors of vertices by their ZNCC.
 constexpr float kUnrelated = 0.1F;
 constexpr float kEnoughWindows = 16;
 
