@@ -6,8 +6,8 @@
 #include <map>
 #include <string>
 
-#include "apps/run/pipeline.h"
 #include "apps/run/mesh_parts.h"
+#include "apps/run/pipeline.h"
 #include "core/evaluate/evaluation.h"
 #include "core/support/error.h"
 #include "core/synthetic/synthetic.h"
