@@ -71,7 +71,7 @@ double ReachAt(const Camera& camera, const Eigen::Vector3d& point) {
 class FreeSpaceJury {
  public:
   FreeSpaceJury(const Scene& scene, const TriangleMesh& mesh, const std::vector<CameraPair>& pairs)
-      : scene_(scene), mesh_(mesh), rays_(mesh), single_(mesh), partners_(scene.views.size()) {
+      : mesh_(mesh), rays_(mesh), single_(mesh), partners_(scene.views.size()) {
     for (const CameraPair& pair : FirstPartners(scene, pairs)) {
       partners_[pair.reference].push_back(pair.second);
     }
@@ -246,7 +246,6 @@ class FreeSpaceJury {
     });
   }
 
-  const Scene& scene_;
   const TriangleMesh& mesh_;
   const FacetRays rays_;
   const MeshRays single_;
