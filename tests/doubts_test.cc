@@ -26,31 +26,25 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::StartsWith;
 
+SyntheticScene SceneOfSize(int width, int height) {
+  SyntheticOptions options;
+  options.width = width;
+  options.height = height;
+  options.samples_per_axis = 1;
+  options.truth_point_count = 100;
+  options.point_count = 300;
+  return MakeSyntheticScene(options);
+}
+
 // Photographs too small to be judged, so that the tracks alone speak.
 const SyntheticScene& Small() {
-  static const SyntheticScene made = [] {
-    SyntheticOptions options;
-    options.width = 160;
-    options.height = 120;
-    options.samples_per_axis = 1;
-    options.truth_point_count = 100;
-    options.point_count = 300;
-    return MakeSyntheticScene(options);
-  }();
+  static const SyntheticScene made = SceneOfSize(160, 120);
   return made;
 }
 
 // Large enough.
 const SyntheticScene& Large() {
-  static const SyntheticScene made = [] {
-    SyntheticOptions options;
-    options.width = 480;
-    options.height = 360;
-    options.samples_per_axis = 1;
-    options.truth_point_count = 100;
-    options.point_count = 300;
-    return MakeSyntheticScene(options);
-  }();
+  static const SyntheticScene made = SceneOfSize(480, 360);
   return made;
 }
 

@@ -1,8 +1,10 @@
 #include "apps/run/measure_closing.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/refine/normalized_world.h"
+#include "core/refine/round.h"
 #include "core/refine/view_levels.h"
 #include "core/support/stopwatch.h"
 #include "core/visibility/visibility.h"
@@ -28,15 +30,6 @@ struct HeldBack {
 
   std::vector<FacetScore> ScoresOf(const TriangleMesh& mesh) const;
 };
-
-std::vector<CameraPair> TakingPart(const std::vector<CameraPair>& pairs,
-                                   const std::vector<ViewAtLevel>& views) {
-  std::vector<CameraPair> kept;
-  for (const CameraPair& pair : pairs) {
-    if (views[pair.reference].takes_part && views[pair.second].takes_part) kept.push_back(pair);
-  }
-  return kept;
-}
 
 // Of a round's context only what scores need: it is never solved.
 std::vector<FacetScore> HeldBack::ScoresOf(const TriangleMesh& mesh) const {
@@ -86,14 +79,13 @@ void Compare(const Scene& scene, const TriangleMesh& input, const PairSelection&
   small.count = 1 + kHalvings;
   const ViewLevels levels(scene, input, small);
   for (int at = levels.Coarsest(selection.pairs, selection.held_back); at >= level.finest; --at) {
-    const std::vector<ViewAtLevel> views = levels.At(at);
+    std::vector<LevelView> views =
+        MakeLevelViews(scene, levels.At(at), world.origin, 1 / world.footprint);
     PhotometricEnergy photometric(photo, squares);
-    const HeldBack held_back{MakeLevelViews(scene, views, world.origin, 1 / world.footprint),
-                             TakingPart(used, views),
-                             TakingPart(selection.held_back, views),
-                             level.border_px,
-                             at,
-                             end.context->boundary,
+    const std::vector<CameraPair> used_here = TakingPart(used, views);
+    const std::vector<CameraPair> held_back_here = TakingPart(selection.held_back, views);
+    const HeldBack held_back{std::move(views), used_here, held_back_here,
+                             level.border_px,  at,        end.context->boundary,
                              &photometric};
     photometric.BeginLevel(held_back.views);
     const Camera& name = NamesLevel(held_back.views).camera;

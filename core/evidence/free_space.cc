@@ -43,10 +43,10 @@ struct Vote {
 // By facet, but for the list.
 struct Votes {
   std::vector<Vote> list;
-
-  std::vector<int> against, in_favour;
-  std::vector<int> rays,
-      rays_behind;  // of the grid: that meet it, and of those a front side far behind
+  std::vector<int> against;
+  std::vector<int> in_favour;
+  std::vector<int> rays;         // of the grid: that meet it,
+  std::vector<int> rays_behind;  // and of those a front side far behind
   explicit Votes(size_t facets)
       : against(facets), in_favour(facets), rays(facets), rays_behind(facets) {}
   void Add(const Vote& vote) {
@@ -87,7 +87,7 @@ class FreeSpaceJury {
 
   Votes Ask() const {
     Votes votes(mesh_.faces.size());
-    std::mutex adding;  // numbers: the order does not matter
+    std::mutex adding;  // votes are only counted: their order does not matter
     ParallelFor(static_cast<int>(views_.size()), 1, [&](int begin, int end) {
       for (int i = begin; i < end; ++i) {
         Votes of_view(mesh_.faces.size());
@@ -279,13 +279,6 @@ FreeSpacePatch Grow(const TriangleMesh& mesh, const Adjacency& vertex_faces, con
            (votes.in_favour[f] == 0 && votes.rays[f] > 0 &&
             votes.rays_behind[f] >= kLeastBehindShare * votes.rays[f]);
   };
-  const auto shares_edge = [&](int f, int g) {
-    int common = 0;
-    for (int a = 0; a < 3; ++a) {
-      for (int b = 0; b < 3; ++b) common += static_cast<int>(mesh.faces[f][a] == mesh.faces[g][b]);
-    }
-    return common >= 2;
-  };
   struct Entry {
     int facet;
     int steps;  // over unknown facets
@@ -301,7 +294,8 @@ FreeSpacePatch Grow(const TriangleMesh& mesh, const Adjacency& vertex_faces, con
     for (int c = 0; c < 3; ++c) {
       const int v = mesh.faces[at.facet][c];
       for (const int* g = vertex_faces.Begin(v); g != vertex_faces.End(v); ++g) {
-        if ((*taken)[*g] != 0 || !shares_edge(at.facet, *g)) continue;
+        if ((*taken)[*g] != 0) continue;
+        if (CommonVertices(mesh.faces[at.facet], mesh.faces[*g]) < 2) continue;
         const bool unknown = votes.rays[*g] == 0 && votes.in_favour[*g] == 0;
         const bool known = far_in_front(*g);
         if (!known && !(unknown && at.steps < kUnknownSteps)) continue;
@@ -356,8 +350,8 @@ FreeSpace FindFreeSpace(const Scene& scene, const TriangleMesh& mesh,
     for (const int facet : patch.facets) result.facet[facet] = 1;
     result.patches.push_back(std::move(patch));
   }
-  if (!result.patches.empty()) TakeRests(mesh, votes, &result);
   if (result.patches.empty()) return result;
+  TakeRests(mesh, votes, &result);
   std::vector<double> share(scene.views.size());
   ParallelFor(static_cast<int>(share.size()), 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) share[i] = jury.Share(i, result.facet);

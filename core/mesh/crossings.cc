@@ -18,14 +18,6 @@ constexpr int kFacetGrain = 4096;
 // Of the product of the three lengths that a volume is made of.
 constexpr double kRounding = 1e-12;
 
-bool ShareVertex(const Eigen::Vector3i& a, const Eigen::Vector3i& b) {
-  int shared = 0;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) shared |= static_cast<int>(a[i] == b[j]);
-  }
-  return shared != 0;
-}
-
 using Corners = Eigen::Matrix3d;  // a column each
 
 Corners CornersOf(const std::vector<Eigen::Vector3d>& vertices, const Eigen::Vector3i& face) {

@@ -28,6 +28,19 @@ Adjacency VertexFaces(const TriangleMesh& mesh);
 // Vertices sharing an edge with each vertex, ascending. Here and below `faces` = VertexFaces(mesh).
 Adjacency VertexNeighbors(const TriangleMesh& mesh, const Adjacency& faces);
 
+// How many vertices two faces have in common: two for neighbours across an edge. Without branches: whether
+// faces touch is as good as random.
+inline int CommonVertices(const Eigen::Vector3i& a, const Eigen::Vector3i& b) {
+  int common = 0;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) common += static_cast<int>(a[i] == b[j]);
+  }
+  return common;
+}
+inline bool ShareVertex(const Eigen::Vector3i& a, const Eigen::Vector3i& b) {
+  return CommonVertices(a, b) != 0;
+}
+
 // (V1-V0) x (V2-V0): outward, length twice the area.
 Eigen::Vector3d FaceAreaNormal(const TriangleMesh& mesh, int face);
 

@@ -33,6 +33,8 @@ std::vector<char> SeenVertices(const std::vector<ViewDomain>& domains, const Tri
   return seen;
 }
 
+}  // namespace
+
 std::vector<CameraPair> TakingPart(const std::vector<CameraPair>& pairs,
                                    const std::vector<LevelView>& views) {
   std::vector<CameraPair> kept;
@@ -43,8 +45,6 @@ std::vector<CameraPair> TakingPart(const std::vector<CameraPair>& pairs,
   }
   return kept;
 }
-
-}  // namespace
 
 RoundContext FreezeRound(const std::vector<LevelView>& views, const std::vector<CameraPair>& pairs,
                          const TriangleMesh& mesh, Motion motion, double border_px,

@@ -9,6 +9,10 @@
 
 namespace burin {
 
+// The pairs of which both views take part.
+std::vector<CameraPair> TakingPart(const std::vector<CameraPair>& pairs,
+                                   const std::vector<LevelView>& views);
+
 // Casts Omega_ij for the pairs of views that take part and fills a context that refers to `views`, `mesh` and `domains`,
 // which must outlive it. `border_px`: see RayCaster::Cast. `supported` and `moves` are left equal to `seen`:
 // the terms are the caller's to ask.

@@ -13,15 +13,6 @@
 
 namespace burin {
 
-// Without branches: whether two facets touch is as good as random.
-inline bool ShareVertex(const Eigen::Vector3i& a, const Eigen::Vector3i& b) {
-  int shared = 0;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) shared |= static_cast<int>(a[i] == b[j]);
-  }
-  return shared != 0;
-}
-
 class FacetRays {
  public:
   // Copies the mesh.
