@@ -257,7 +257,7 @@ TEST(FacetTexture, SkyIsNotCutIntoPixels) {
   const auto before = std::count(curtain.begin(), curtain.end(), 1);
   RecordProperty("facets_of_the_curtain", std::to_string(before) + " " + std::to_string(finer) +
                                               " of " + std::to_string(result.mesh.faces.size()));
-  EXPECT_LT(finer, static_cast<size_t>(4 * before));
+  EXPECT_LT(finer, static_cast<size_t>(6 * before));
 }
 
 TEST(ThinVertices, AreThoseOfTubesAndSpheresThinnerThanTheWidth) {

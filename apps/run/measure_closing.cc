@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/refine/facet_texture.h"
 #include "core/refine/normalized_world.h"
 #include "core/refine/round.h"
 #include "core/refine/view_levels.h"
+#include "core/support/parallel.h"
 #include "core/support/stopwatch.h"
 #include "core/visibility/visibility.h"
+#include "costs/grey_units.h"
 #include "costs/photometric_energy.h"
 
 namespace burin {
@@ -17,6 +20,7 @@ constexpr int kHalvings = 2;  // more than on the finest level
 // Unrelated photographs have a mean ZNCC of 0. docs/guard_figures.md has the errors of vertices by their ZNCC.
 constexpr float kUnrelated = 0.1F;
 constexpr float kEnoughWindows = 16;
+constexpr int kFacetGrain = 256;
 
 // What a mesh with the facets of the refined one is compared by.
 struct HeldBack {
@@ -106,6 +110,43 @@ std::vector<double> VertexAreas(const TriangleMesh& mesh) {
   return areas;
 }
 
+// Views that show texture above the variance floor in some pixel of the facet; counted up to 2.
+std::vector<uint8_t> TexturedViews(const PhotometricOptions& photo, const RoundContext& context) {
+  std::vector<uint8_t> textured_views(context.mesh->faces.size(), 0);
+  for (size_t i = 0; i < context.domains->size(); ++i) {
+    const ViewDomain& domain = (*context.domains)[i];
+    if (domain.facet.empty()) continue;
+    const LevelView& view = (*context.views)[i];
+    const cv::Mat1b textured = TexturedPixels(view.image, UnitsOf(view, photo).unit);
+    ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
+      for (int k = begin; k < end; ++k) {
+        uint8_t& views = textured_views[domain.facet[k]];
+        if (views == 2) continue;
+        for (const ImagePixel pixel : domain.PixelsOf(k)) {
+          if (textured(pixel.row, pixel.column) == 0) continue;
+          ++views;
+          break;
+        }
+      }
+    });
+  }
+  return textured_views;
+}
+
+// By vertex.
+std::vector<char> AgainstEvidence(const PhotometricOptions& photo, const RoundContext& context,
+                                  const VertexQuality& quality) {
+  const std::vector<uint8_t> textured_views = TexturedViews(photo, context);
+  std::vector<char> is_against(quality.zncc.size(), 0);
+  for (size_t v = 0; v < is_against.size(); ++v) {
+    if (quality.windows[v] < kEnoughWindows || quality.zncc[v] >= kUnrelated) continue;
+    const auto at = static_cast<int>(v);
+    is_against[v] = static_cast<char>(std::any_of(context.faces.Begin(at), context.faces.End(at),
+                                                  [&](int f) { return textured_views[f] == 2; }));
+  }
+  return is_against;
+}
+
 }  // namespace
 
 ClosingFigures MeasureClosing(const Scene& scene, const TriangleMesh& input,
@@ -122,10 +163,11 @@ ClosingFigures MeasureClosing(const Scene& scene, const TriangleMesh& input,
   double whole = 0;
   double unseen = 0;
   double against = 0;
+  const std::vector<char> is_against = AgainstEvidence(photo, *end.context, quality);
   for (size_t v = 0; v < areas.size(); ++v) {
     whole += areas[v];
     if (end.context->seen[v] == 0) unseen += areas[v];
-    if (quality.windows[v] >= kEnoughWindows && quality.zncc[v] < kUnrelated) against += areas[v];
+    if (is_against[v] != 0) against += areas[v];
   }
   if (whole > 0) {
     figures.unseen = unseen / whole;

@@ -18,7 +18,9 @@ namespace burin {
 // every reference view, when the refinement left these squares out.
 //
 // Against the evidence are vertices around which enough windows count, and the photographs agree no better in them
-// than unrelated ones would: their mean ZNCC is below 0.1, in the last round's pairs.
+// than unrelated ones would: their mean ZNCC is below 0.1, in the last round's pairs. Two views must show texture there
+// (core/refine/facet_texture.h) of a standard deviation above the variance floor, which alone halves the ZNCC of
+// windows that have less.
 ClosingFigures MeasureClosing(const Scene& scene, const TriangleMesh& input,
                               const PairSelection& selection, const LevelOptions& level,
                               const PhotometricOptions& photo, bool squares_were_left_out,
