@@ -7,6 +7,7 @@
 
 #include "core/image/mask_cover.h"
 #include "core/support/parallel.h"
+#include "core/visibility/facet_map.h"
 #include "core/visibility/visibility.h"
 
 namespace burin {
@@ -43,7 +44,7 @@ void SurveyView(const RayCaster& caster, const TriangleMesh& mesh,
                 const std::vector<Eigen::Vector3d>& centroids, const Camera& camera,
                 const cv::Mat& mask, int view, PairSurvey* survey) {
   const Eigen::Vector3d center = camera.Center();
-  const cv::Mat1i facet_map = caster.FacetMap(camera);
+  const cv::Mat1i facet_map = FacetMap(mesh, camera);
   int64_t front = 0;
   for (int y = 0; y < facet_map.rows; ++y) {
     for (int x = 0; x < facet_map.cols; ++x) {

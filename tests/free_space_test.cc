@@ -11,6 +11,7 @@
 #include "apps/run/pipeline.h"
 #include "core/mesh/projected_area.h"
 #include "core/refine/facet_texture.h"
+#include "core/visibility/facet_map.h"
 #include "core/refine/thin_parts.h"
 #include "core/scene/near_depth.h"
 #include "core/synthetic/synthetic.h"
@@ -145,7 +146,7 @@ TEST(NearDepth, WhatIsNearerIsNeitherSeenNorHides) {
   Camera camera = test::LookAt({0, 0, 10}, {0, 0, 0}, 100, 100, 100);
   const RayCaster caster(mesh);
   const auto sees = [&](int facets_from) {
-    const cv::Mat1i map = caster.FacetMap(camera);
+    const cv::Mat1i map = FacetMap(mesh, camera);
     return std::count_if(map.begin(), map.end(), [&](int f) { return f >= facets_from; });
   };
   EXPECT_EQ(sees(2), 100 * 100 - 20 * 20);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/visibility/facet_map.h"
 #include "core/visibility/facet_pencil.h"
 #include "tests/test_scene.h"
 
@@ -22,7 +23,7 @@ TEST(Visibility, PixelListsCoverTheFacetMapOnce) {
   const std::vector<Camera> cameras = CamerasOf(views);
   const RayCaster caster(mesh);
   const auto domains = caster.Cast(cameras, {{0, 1}}, 0);
-  const cv::Mat1i map = caster.FacetMap(cameras[0]);
+  const cv::Mat1i map = FacetMap(mesh, cameras[0]);
   std::vector<int> owner(96 * 80, -1);
   const ViewDomain& domain = domains[0];
   for (size_t k = 0; k < domain.facet.size(); ++k) {

@@ -9,6 +9,7 @@
 #include "core/evidence/window_matches.h"
 #include "core/image/mask_cover.h"
 #include "core/support/counter_random.h"
+#include "core/visibility/facet_map.h"
 
 namespace burin {
 namespace {
@@ -65,7 +66,7 @@ std::vector<WindowPlace> PlacesOf(const FacetRays& rays, const SmallView& view, 
   const TriangleMesh& mesh = rays.mesh();
   const Camera map_camera = view.camera.Resized(std::max(1, view.camera.width / kMapStep),
                                                 std::max(1, view.camera.height / kMapStep));
-  const cv::Mat1i facets = rays.FacetMap(map_camera);
+  const cv::Mat1i facets = FacetMap(rays.mesh(), map_camera);
   const auto seen = static_cast<double>(facets.total() - cv::countNonZero(facets == -1));
   if (seen == 0) return {};
   const int step = std::max(2, static_cast<int>(std::sqrt(seen / count)));

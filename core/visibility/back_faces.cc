@@ -1,18 +1,18 @@
 #include "core/visibility/back_faces.h"
 
-#include "core/visibility/facet_rays.h"
+#include "core/visibility/facet_map.h"
+#include "core/visibility/facet_pencil.h"
 
 namespace burin {
 
 BackFaces CountBackFaces(const TriangleMesh& mesh, const std::vector<Camera>& cameras) {
   BackFaces count;
-  const FacetRays rays(mesh);
   for (const Camera& camera : cameras) {
-    const std::vector<uint8_t> facing = rays.Facing(camera.Center());
-    for (const int facet : rays.FacetMap(camera)) {
+    const Eigen::Vector3d center = camera.Center();
+    for (const int facet : FacetMap(mesh, camera)) {
       if (facet < 0) continue;
       ++count.pixels;
-      count.back += facing[facet] == 0 ? 1 : 0;
+      count.back += FacesCenter(mesh.vertices, mesh.faces[facet], center) ? 0 : 1;
     }
   }
   return count;

@@ -10,7 +10,6 @@ namespace burin {
 namespace {
 
 constexpr int kPacket = 8;
-constexpr int kRowGrain = 16;
 // Occlusion rays start this share of their length away from their surface point, far below a
 // hundredth of a pixel: it spares most calls of the filter, which alone decides what the ray's
 // start may touch.
@@ -48,40 +47,6 @@ std::vector<uint8_t> FacetRays::Facing(const Eigen::Vector3d& center) const {
     facing[f] = FacesCenter(mesh_.vertices, mesh_.faces[f], center) ? 1 : 0;
   }
   return facing;
-}
-
-cv::Mat1i FacetRays::FacetMap(const Camera& camera) const {
-  cv::Mat1i facets(camera.height, camera.width, -1);
-  const Eigen::Vector3f center = embree_.Local(camera.Center());
-  const Eigen::Matrix3d ray_from_pixel = ViewRays(camera).ray_from_pixel;
-  ParallelFor(camera.height, kRowGrain, [&](int begin, int end) {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    for (int y = begin; y < end; ++y) {
-      const Eigen::Vector3d row_ray = ray_from_pixel * Eigen::Vector3d(0.5, y + 0.5, 1);
-      for (int base = 0; base < camera.width; base += kPacket) {
-        alignas(32) int valid[kPacket];
-        RTCRayHit8 rays;
-        for (int lane = 0; lane < kPacket; ++lane) {
-          valid[lane] = base + lane < camera.width ? -1 : 0;
-          EmbreeRay ray;
-          ray.from = center;
-          ray.direction = (row_ray + (base + lane) * ray_from_pixel.col(0)).cast<float>();
-          ray.near = static_cast<float>(camera.near_depth);
-          ray.Put(lane, &rays.ray);
-          rays.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
-          rays.hit.primID[lane] = RTC_INVALID_GEOMETRY_ID;
-        }
-        rtcIntersect8(valid, embree_.scene(), &context, &rays);
-        for (int lane = 0; lane < kPacket && base + lane < camera.width; ++lane) {
-          if (rays.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
-          facets(y, base + lane) = static_cast<int>(rays.hit.primID[lane]);
-        }
-      }
-    }
-  });
-  return facets;
 }
 
 void FacetRays::CastToCamera(const Camera& camera, const std::vector<uint8_t>& facing,

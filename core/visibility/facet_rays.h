@@ -22,9 +22,6 @@ class FacetRays {
   // Per facet: 1 where its front side faces `center`.
   std::vector<uint8_t> Facing(const Eigen::Vector3d& center) const;
 
-  // Facet seen at each pixel centre, -1 for none.
-  cv::Mat1i FacetMap(const Camera& camera) const;
-
   // visible[k] is 1 where facet facets[k] faces the camera and nothing that the camera sees lies between it
   // and points[k], else 0. `facing` is Facing(camera.Center()).
   void CastToCamera(const Camera& camera, const std::vector<uint8_t>& facing,

@@ -4,7 +4,7 @@
 #include <opencv2/core.hpp>
 #include <utility>
 
-#include "core/visibility/visibility.h"
+#include "core/visibility/facet_map.h"
 
 namespace burin {
 namespace {
@@ -39,10 +39,9 @@ std::vector<PartSides> LookAtParts(const std::vector<Camera>& cameras, const Tri
     part.faces = std::move(faces);
     parts.push_back(std::move(part));
   }
-  const RayCaster caster(mesh);
   for (const Camera& camera : cameras) {
     const Eigen::Vector3d center = camera.Center();
-    for (const int facet : caster.FacetMap(Small(camera))) {
+    for (const int facet : FacetMap(mesh, Small(camera))) {
       if (facet < 0) continue;
       const Eigen::Vector3d to_camera = center - mesh.vertices[mesh.faces[facet][0]];
       PartSides& part = parts[part_of[facet]];

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "core/support/parallel.h"
+#include "core/visibility/facet_map.h"
 #include "core/visibility/facet_pencil.h"
 #include "core/visibility/facet_rays.h"
 
@@ -35,7 +36,7 @@ std::vector<ViewSight> LookFromViews(const FacetRays& rays, const std::vector<Ca
   });
   for (size_t i = 0; i < cameras.size(); ++i) {
     if (used[i] == 0) continue;
-    sights[i].facet_map = rays.FacetMap(cameras[i]);
+    sights[i].facet_map = FacetMap(rays.mesh(), cameras[i]);
     ParallelFor(cameras[i].height, kRowGrain, [&](int begin, int end) {
       cv::Mat1i rows = sights[i].facet_map.rowRange(begin, end);
       for (int& facet : rows) {
@@ -209,8 +210,6 @@ void CastPartners(const FacetRays& facet_rays, const std::vector<ViewSight>& sig
 RayCaster::RayCaster(const TriangleMesh& mesh) : rays_(std::make_unique<FacetRays>(mesh)) {}
 
 RayCaster::~RayCaster() = default;
-
-cv::Mat1i RayCaster::FacetMap(const Camera& camera) const { return rays_->FacetMap(camera); }
 
 std::vector<ViewDomain> RayCaster::Cast(const std::vector<Camera>& cameras,
                                         const std::vector<CameraPair>& pairs, double border_px,

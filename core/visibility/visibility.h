@@ -31,9 +31,6 @@ class RayCaster {
   RayCaster(const RayCaster&) = delete;
   RayCaster& operator=(const RayCaster&) = delete;
 
-  // Facet seen at each pixel centre, -1 for none.
-  cv::Mat1i FacetMap(const Camera& camera) const;
-
   // Visible and front-facing facets of every view with their pixels, and Omega_ij for the given
   // pairs. A pixel whose facet is seen from behind belongs to nothing. Omega_ij excludes points
   // whose projection lies less than `border_px` inside view j's image or whose facet does not face

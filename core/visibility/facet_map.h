@@ -1,0 +1,22 @@
+// Which facet each pixel sees: drawn with a depth buffer, without rays.
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include "core/mesh/mesh.h"
+#include "core/scene/camera.h"
+
+namespace burin {
+
+// The facet, from whatever side, whose surface the ray through each pixel's centre meets first beyond the camera's
+// near_depth; -1 for none. With h_k = K (R V_k + t) the homogeneous image points of a facet's corners,
+//
+//   u_k(x, y) = (h_(k+1) x h_(k+2)) . (x, y, 1) / det [h_0 h_1 h_2],   1/t = u_0 + u_1 + u_2,
+//
+// a pixel is on the facet where no u_k is negative (Olano and Greer 1997): facets that reach behind the camera need no
+// clipping. Of facets that meet at an edge exactly one has a centre on it where both are seen from the same side. Of
+// facets at the same depth (single precision of 1/t) the first one is seen. Facets that are not finite, or edge-on, are
+// not seen.
+cv::Mat1i FacetMap(const TriangleMesh& mesh, const Camera& camera);
+
+}  // namespace burin
