@@ -208,6 +208,16 @@ TEST(NearDepth, IsATwentiethOfTheNearestMeasuredDepths) {
   EXPECT_EQ(scene.views[1].camera.near_depth, 0);  // too few
 }
 
+TEST(NearDepth, PointsThatAreElsewhereThanMeasuredSayNothing) {
+  Scene scene = SceneOf(SyntheticKind::kRelief).scene;
+  for (ScenePoint& point : scene.points) point.position.z() -= 100;
+  SetNearDepths(&scene);
+  for (const View& view : scene.views) EXPECT_EQ(view.camera.near_depth, 0);
+  scene.tracks = Tracks();
+  SetNearDepths(&scene);
+  for (const View& view : scene.views) EXPECT_GT(view.camera.near_depth, 4);
+}
+
 TEST(FacetTexture, IsWhatTwoViewsShow) {
   std::vector<LevelView> views(3);
   for (int i = 0; i < 3; ++i) {
