@@ -80,6 +80,18 @@ TEST(FreeSpace, WithoutSparsePointsThePhotographsSayIt) {
   EXPECT_GT(free_space.patches[0].facets.size(), 300U);
 }
 
+// Points of another scene, close together and far behind the surface, while the photographs fit.
+TEST(FreeSpace, PointsThatAreElsewhereThanMeasuredSayNothing) {
+  SyntheticScene synthetic = SceneOf(SyntheticKind::kRelief);
+  const Eigen::Vector3d center = synthetic.scene.views[0].camera.Center();
+  for (ScenePoint& point : synthetic.scene.points) {
+    point.position = 0.2 * point.position - center;
+  }
+  EXPECT_TRUE(Find(synthetic).patches.empty());
+  synthetic.scene.tracks = Tracks();  // without measurements nothing speaks against them
+  EXPECT_FALSE(Find(synthetic).patches.empty());
+}
+
 // True occluders, thin things and gaps are not free space, with points and without.
 class TrueSurface : public testing::TestWithParam<SyntheticKind> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, TrueSurface,
@@ -195,6 +207,16 @@ TEST(NearDepth, IsATwentiethOfTheNearestMeasuredDepths) {
   SetNearDepths(&scene);
   EXPECT_DOUBLE_EQ(scene.views[0].camera.near_depth, 0.1);
   EXPECT_EQ(scene.views[1].camera.near_depth, 0);  // too few
+}
+
+TEST(NearDepth, PointsThatAreElsewhereThanMeasuredSayNothing) {
+  Scene scene = SceneOf(SyntheticKind::kRelief).scene;
+  for (ScenePoint& point : scene.points) point.position.z() -= 100;
+  SetNearDepths(&scene);
+  for (const View& view : scene.views) EXPECT_EQ(view.camera.near_depth, 0);
+  scene.tracks = Tracks();
+  SetNearDepths(&scene);
+  for (const View& view : scene.views) EXPECT_GT(view.camera.near_depth, 4);
 }
 
 TEST(FacetTexture, IsWhatTwoViewsShow) {

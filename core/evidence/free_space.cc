@@ -9,6 +9,7 @@
 
 #include "core/evidence/window_matches.h"
 #include "core/evidence/window_places.h"
+#include "core/scene/track_errors.h"
 #include "core/support/parallel.h"
 #include "core/visibility/mesh_rays.h"
 
@@ -83,6 +84,8 @@ class FreeSpaceJury {
     for (const ScenePoint& point : scene.points) {
       for (const int i : point.views) points_of_[i].push_back(&point.position);
     }
+    // Where points are not where a view measured them, nothing is known of what it sees them through.
+    for (const int i : MeasureTrackErrors(scene).off) points_of_[i].clear();
   }
 
   Votes Ask() const {

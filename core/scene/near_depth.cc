@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/scene/track_errors.h"
+
 namespace burin {
 namespace {
 
@@ -20,6 +22,7 @@ void SetNearDepths(Scene* scene) {
       if (depth > 0) depths[i].push_back(depth);
     }
   }
+  for (const int i : MeasureTrackErrors(*scene).off) depths[i].clear();
   for (size_t i = 0; i < depths.size(); ++i) {
     if (depths[i].size() < kEnoughPoints) continue;
     const auto nearest =
