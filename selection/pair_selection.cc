@@ -166,8 +166,11 @@ PairSelection SelectPairs(const Scene& scene, const TriangleMesh& mesh, const Pa
     if (survey == nullptr) survey = &own_survey.emplace(SurveyPairs(scene, mesh, recipe.survey));
     if (std::all_of(survey->seen.begin(), survey->seen.end(),
                     [](double share) { return share == 0; })) {
+      const bool masked = std::any_of(scene.views.begin(), scene.views.end(),
+                                      [](const View& view) { return !view.mask.empty(); });
       throw InputError("no camera pair: none of the " + std::to_string(n) +
-                       " views sees the front of a facet of the mesh");
+                       " views sees the front of a facet of the mesh" +
+                       (masked ? " where its mask is not zero" : ""));
     }
     SelectByMesh(*survey, &selection);
   }

@@ -41,6 +41,17 @@ TEST(Closing, FirstWordIsTheChangeInStandardErrors) {
   ClosingFigures undone = Figures(0.4, 0.4, 0);
   undone.moved = false;
   EXPECT_EQ(OutcomeOf(undone), RunOutcome::kUndone);
+  ClosingFigures in_part = Figures(0.4, 0.3, 0.01);
+  in_part.against = 0.2;
+  EXPECT_EQ(OutcomeOf(in_part), RunOutcome::kWorked);
+  in_part.against = 0.1;
+  in_part.featureless = 0.2;
+  EXPECT_EQ(OutcomeOf(in_part), RunOutcome::kWorkedInPart);
+  EXPECT_EQ(ClosingLine(in_part),
+            "worked in part: mean 1 - ZNCC on held-back pairs 0.400 -> 0.300; 10 % is against the "
+            "evidence, 20 % shows no texture to go by");
+  in_part.held_back->after = 0.5;
+  EXPECT_EQ(OutcomeOf(in_part), RunOutcome::kWorse);
 }
 
 TEST(Closing, LineSaysWhatIsKnownAndNothingElse) {
@@ -196,6 +207,22 @@ TEST(Closing, TwoViewsAreComparedBySquares) {
   const PipelineResult result = RunPipeline(made.scene, made.init, PipelineOptions());
   EXPECT_EQ(result.closing->judged_by, "squares");
   EXPECT_EQ(OutcomeOf(*result.closing), RunOutcome::kWorked);
+}
+
+// It agrees better than before wherever it found the surface, and has not found it elsewhere.
+TEST(Closing, AMeshHalfTooLargeWorksInPart) {
+  const SyntheticScene made = MakeSyntheticScene(test::SmallReliefOptions(0));
+  TriangleMesh large = made.init;
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& vertex : large.vertices) middle += vertex;
+  middle /= static_cast<double>(large.vertices.size());
+  for (Eigen::Vector3d& vertex : large.vertices) vertex = middle + 1.5 * (vertex - middle);
+  const PipelineResult result = RunPipeline(made.scene, large, PipelineOptions());
+  RecordProperty("closing_line", ClosingLine(*result.closing));
+  EXPECT_EQ(OutcomeOf(*result.closing), RunOutcome::kWorkedInPart);
+  EXPECT_THAT(ClosingLine(*result.closing), HasSubstr("of the facets cross others"));
+  EXPECT_EQ(OutcomeOf(*RunPipeline(made.scene, made.init, PipelineOptions()).closing),
+            RunOutcome::kWorked);
 }
 
 class UndoesAll : public LevelJudge {

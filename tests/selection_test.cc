@@ -244,6 +244,13 @@ TEST(PairSelection, MeshMethodsNameTheFailingTest) {
   for (Eigen::Vector3d& vertex : away.vertices) vertex.x() += 1000;
   EXPECT_EQ(ErrorOf(ArcScene({0, 30}), away, Method(PairsMethod::kPaper)),
             "no camera pair: none of the 2 views sees the front of a facet of the mesh");
+  Scene masked = ArcScene({0, 30});
+  for (View& view : masked.views) {
+    view.mask = cv::Mat1b(view.camera.height, view.camera.width, uchar{0});
+  }
+  EXPECT_EQ(ErrorOf(masked, Plane(), Method(PairsMethod::kPaper)),
+            "no camera pair: none of the 2 views sees the front of a facet of the mesh where its "
+            "mask is not zero");
   // A wide plane of which the two views see ends that hardly meet.
   TriangleMesh wide;
   test::AppendGrid(&wide, 20, 0, 0, 8, [](double, double) { return 0.0; });

@@ -60,7 +60,7 @@ void CheckCommand::Run() const {
   }
   for (const std::string& line : parts.lines) std::cerr << line << "\n";
   std::cout << (json ? document : VerdictText(verdict, scene));
-  if (!json && !free_space.patches.empty()) {
+  if (!json && !free_space.patches.empty() && verdict.verdict != Verdict::kWrong) {
     std::cout << FreeSpaceText(free_space, "a refinement leaves them out") << '\n';
   }
   if (verdict.verdict == Verdict::kWrong) {

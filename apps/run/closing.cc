@@ -13,6 +13,7 @@ using nlohmann::ordered_json;
 
 // Good scenes end below 0.6, and photographs under wrong names above 0.79 (docs/guard.md).
 constexpr double kNoAgreement = 0.75;
+constexpr double kLargePart = 0.25;
 
 bool AgreesWithNeither(const HeldBackVerdict& change) {
   return std::min(change.before, change.after) > kNoAgreement;
@@ -51,7 +52,9 @@ RunOutcome OutcomeOf(const ClosingFigures& figures) {
   const HeldBackVerdict& change = *figures.held_back;
   if (AgreesWithNeither(change)) return RunOutcome::kCannotTell;
   if (change.Worse()) return RunOutcome::kWorse;
-  return change.Better() ? RunOutcome::kWorked : RunOutcome::kLittle;
+  if (!change.Better()) return RunOutcome::kLittle;
+  const double unknown = figures.against.value_or(0) + figures.featureless.value_or(0);
+  return unknown > kLargePart ? RunOutcome::kWorkedInPart : RunOutcome::kWorked;
 }
 
 std::string ClosingLine(const ClosingFigures& figures) {
@@ -62,6 +65,9 @@ std::string ClosingLine(const ClosingFigures& figures) {
   }
   if (figures.against.has_value()) {
     shares.push_back(PercentText(*figures.against) + " is against the evidence");
+  }
+  if (figures.featureless.value_or(0) > 0) {
+    shares.push_back(PercentText(*figures.featureless) + " shows no texture to go by");
   }
   if (figures.parts_out > 0) {
     shares.push_back(std::to_string(figures.parts_out) + " of " + std::to_string(figures.parts) +
@@ -74,6 +80,9 @@ std::string ClosingLine(const ClosingFigures& figures) {
   }
   if (figures.back_faces_after.has_value()) {
     shares.push_back(PercentText(*figures.back_faces_after) + " of the pixels see back faces");
+  }
+  if (figures.crossing_facets.has_value()) {
+    shares.push_back(PercentText(*figures.crossing_facets) + " of the facets cross others");
   }
   for (size_t k = 0; k < shares.size(); ++k) line += (k == 0 ? "; " : ", ") + shares[k];
   return line;
@@ -95,6 +104,7 @@ ordered_json ClosingJson(const ClosingFigures& figures) {
   }
   json["unseen_share"] = OrNull(figures.unseen);
   json["against_share"] = OrNull(figures.against);
+  json["featureless_share"] = OrNull(figures.featureless);
   json["parts_out"] = {
       {"count", figures.parts_out}, {"of", figures.parts}, {"area_share", figures.parts_out_area}};
   json["hidden"] = nullptr;
@@ -103,6 +113,7 @@ ordered_json ClosingJson(const ClosingFigures& figures) {
   }
   json["back_faces"] = {{"before", OrNull(figures.back_faces_before)},
                         {"after", OrNull(figures.back_faces_after)}};
+  json["crossing_facets_share"] = OrNull(figures.crossing_facets);
   json["seconds"] = figures.seconds;
   return json;
 }

@@ -11,16 +11,15 @@
 
 namespace burin {
 
-// kWorked: the change on what was held back is below minus two standard errors. kWorse: above two. kLittle: between
+// kWorked: the change on what was held back is below minus two standard errors. kWorkedInPart: the same, and more than a
+// quarter of the surface is against the evidence or featureless: no photograph tells where it is. kWorse: above two. kLittle: between
 // them. kUndone: no vertex has moved. kCannotTell: too little was held back (HeldBackVerdict::Known), or it agrees with
 // neither surface, 1 - ZNCC above 0.75 before and after.
-enum class RunOutcome { kWorked, kLittle, kWorse, kUndone, kCannotTell };
+enum class RunOutcome { kWorked, kWorkedInPart, kLittle, kWorse, kUndone, kCannotTell };
 inline Choices<RunOutcome> ChoicesOf(RunOutcome) {
-  return {{RunOutcome::kWorked, "worked"},
-          {RunOutcome::kLittle, "changed little"},
-          {RunOutcome::kWorse, "worse"},
-          {RunOutcome::kUndone, "undone"},
-          {RunOutcome::kCannotTell, "cannot tell"}};
+  return {{RunOutcome::kWorked, "worked"},         {RunOutcome::kWorkedInPart, "worked in part"},
+          {RunOutcome::kLittle, "changed little"}, {RunOutcome::kWorse, "worse"},
+          {RunOutcome::kUndone, "undone"},         {RunOutcome::kCannotTell, "cannot tell"}};
 }
 
 struct ClosingFigures {
@@ -33,6 +32,8 @@ struct ClosingFigures {
   // Shares of the refined surface's area.
   std::optional<double> unseen;   // by any pair
   std::optional<double> against;  // the evidence (apps/run/measure_closing.h)
+  // Photographs do not agree there, and show no texture that they could agree on (the same).
+  std::optional<double> featureless;
   // Connected parts of the input that no pair sees, and their share of its area.
   int parts_out = 0;
   int parts = 0;
@@ -43,6 +44,8 @@ struct ClosingFigures {
   // Of the pixels that see the mesh, those that see its back, as the first level began and the last one ended.
   std::optional<double> back_faces_before;
   std::optional<double> back_faces_after;
+  // Of the facets, as the last level ended, those that cross another one.
+  std::optional<double> crossing_facets;
   double seconds = 0;  // to measure all this
 };
 

@@ -133,18 +133,22 @@ std::vector<uint8_t> TexturedViews(const PhotometricOptions& photo, const RoundC
   return textured_views;
 }
 
+// What a vertex with windows on which photographs do not agree is.
+enum class Disagreement : char { kNone, kAgainst, kFeatureless };
+
 // By vertex.
-std::vector<char> AgainstEvidence(const PhotometricOptions& photo, const RoundContext& context,
-                                  const VertexQuality& quality) {
+std::vector<Disagreement> Disagreements(const PhotometricOptions& photo,
+                                        const RoundContext& context, const VertexQuality& quality) {
   const std::vector<uint8_t> textured_views = TexturedViews(photo, context);
-  std::vector<char> is_against(quality.zncc.size(), 0);
-  for (size_t v = 0; v < is_against.size(); ++v) {
+  std::vector<Disagreement> found(quality.zncc.size(), Disagreement::kNone);
+  for (size_t v = 0; v < found.size(); ++v) {
     if (quality.windows[v] < kEnoughWindows || quality.zncc[v] >= kUnrelated) continue;
     const auto at = static_cast<int>(v);
-    is_against[v] = static_cast<char>(std::any_of(context.faces.Begin(at), context.faces.End(at),
-                                                  [&](int f) { return textured_views[f] == 2; }));
+    const bool textured = std::any_of(context.faces.Begin(at), context.faces.End(at),
+                                      [&](int f) { return textured_views[f] == 2; });
+    found[v] = textured ? Disagreement::kAgainst : Disagreement::kFeatureless;
   }
-  return is_against;
+  return found;
 }
 
 }  // namespace
@@ -163,15 +167,18 @@ ClosingFigures MeasureClosing(const Scene& scene, const TriangleMesh& input,
   double whole = 0;
   double unseen = 0;
   double against = 0;
-  const std::vector<char> is_against = AgainstEvidence(photo, *end.context, quality);
+  double featureless = 0;
+  const std::vector<Disagreement> found = Disagreements(photo, *end.context, quality);
   for (size_t v = 0; v < areas.size(); ++v) {
     whole += areas[v];
     if (end.context->seen[v] == 0) unseen += areas[v];
-    if (is_against[v] != 0) against += areas[v];
+    if (found[v] == Disagreement::kAgainst) against += areas[v];
+    if (found[v] == Disagreement::kFeatureless) featureless += areas[v];
   }
   if (whole > 0) {
     figures.unseen = unseen / whole;
     figures.against = against / whole;
+    figures.featureless = featureless / whole;
   }
   figures.seconds = watch.Seconds();
   return figures;

@@ -20,7 +20,8 @@ namespace burin {
 // Against the evidence are vertices around which enough windows count, and the photographs agree no better in them
 // than unrelated ones would: their mean ZNCC is below 0.1, in the last round's pairs. Two views must show texture there
 // (core/refine/facet_texture.h) of a standard deviation above the variance floor, which alone halves the ZNCC of
-// windows that have less.
+// windows that have less. Vertices without such texture are featureless instead: a white wall, or sky behind a
+// surface that is not there.
 ClosingFigures MeasureClosing(const Scene& scene, const TriangleMesh& input,
                               const PairSelection& selection, const LevelOptions& level,
                               const PhotometricOptions& photo, bool squares_were_left_out,

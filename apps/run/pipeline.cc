@@ -122,6 +122,10 @@ void CloseSurface(const PipelineOptions& options, PipelineResult* result) {
   if (options.refinement.guard.crossings == Crossings::kOff || levels.empty()) return;
   closing.back_faces_before = levels.front().back_faces.before;
   closing.back_faces_after = levels.back().back_faces.after;
+  if (levels.back().faces > 0) {
+    closing.crossing_facets = static_cast<double>(levels.back().crossing_facets.after) /
+                              static_cast<double>(levels.back().faces);
+  }
 }
 
 }  // namespace

@@ -49,13 +49,12 @@ class FacetDrawing {
   }
 
   // Rows [begin, end).
-  void Draw(int begin, int end, cv::Mat1i* map) const {
-    std::vector<float> nearest(static_cast<size_t>(end - begin) * camera_.width, 0.0F);
+  void Draw(int begin, int end, cv::Mat1i* map, cv::Mat1f* nearest) const {
     for (size_t f = 0; f < bounds_.size(); ++f) {
       const Bounds& bounds = bounds_[f];
       if (bounds.first_row >= end || bounds.end_row <= begin) continue;
       DrawFacet(static_cast<int>(f), std::max(bounds.first_row, begin),
-                std::min(bounds.end_row, end), begin, nearest.data(), map);
+                std::min(bounds.end_row, end), map, nearest);
     }
   }
 
@@ -89,7 +88,7 @@ class FacetDrawing {
     return bounds;
   }
 
-  void DrawFacet(int f, int begin, int end, int first_row, float* nearest, cv::Mat1i* map) const {
+  void DrawFacet(int f, int begin, int end, cv::Mat1i* map, cv::Mat1f* nearest) const {
     const Eigen::Vector3i& face = mesh_.faces[f];
     // By corner: |det| u_k is `edge` . (x, y, 1). From the corner of lower index to the other and then turned, so that the two
     // facets of an edge compute the same number.
@@ -116,7 +115,7 @@ class FacetDrawing {
       int last = bounds.end_column;
       if (last - first > kWideFacet) RowEnds(edge, at, &first, &last);
       const double depth_at = depth.y() * y + depth.z();
-      float* nearest_row = nearest + static_cast<size_t>(row - first_row) * camera_.width;
+      float* nearest_row = (*nearest)[row];
       int* map_row = (*map)[row];
       for (int column = first; column < last; ++column) {
         const double x = column + 0.5;
@@ -170,16 +169,18 @@ class FacetDrawing {
 
 }  // namespace
 
-cv::Mat1i FacetMap(const TriangleMesh& mesh, const Camera& camera) {
+cv::Mat1i FacetMap(const TriangleMesh& mesh, const Camera& camera, cv::Mat1f* inverse_depths) {
   cv::Mat1i map(camera.height, camera.width, -1);
+  cv::Mat1f nearest(camera.height, camera.width, 0.0F);
   const FacetDrawing drawing(mesh, camera);
   const int rows = (camera.height + kBands - 1) / kBands;
   ParallelFor(kBands, 1, [&](int begin, int end) {
     for (int band = begin; band < end; ++band) {
       drawing.Draw(std::min(band * rows, camera.height), std::min((band + 1) * rows, camera.height),
-                   &map);
+                   &map, &nearest);
     }
   });
+  if (inverse_depths != nullptr) *inverse_depths = nearest;
   return map;
 }
 

@@ -17,6 +17,8 @@ namespace burin {
 // clipping. Of facets that meet at an edge exactly one has a centre on it where both are seen from the same side. Of
 // facets at the same depth (single precision of 1/t) the first one is seen. Facets that are not finite, or edge-on, are
 // not seen.
-cv::Mat1i FacetMap(const TriangleMesh& mesh, const Camera& camera);
+// `inverse_depths`, when given, gets 1/t of what is seen there; 0 for none.
+cv::Mat1i FacetMap(const TriangleMesh& mesh, const Camera& camera,
+                   cv::Mat1f* inverse_depths = nullptr);
 
 }  // namespace burin

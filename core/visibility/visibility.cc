@@ -1,6 +1,8 @@
 #include "core/visibility/visibility.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <numeric>
 
 #include "core/support/parallel.h"
@@ -14,6 +16,9 @@ namespace {
 constexpr int kPointGrain = 4096;
 constexpr int kRowGrain = 16;
 constexpr int kFacetGrain = 512;
+constexpr double kHiddenPx = 8;
+constexpr double kNearest =
+    0.1;  // of a point's depth: what hides it for certain, where the focal length is some pixels
 
 // What one view says about all pairs that it is in.
 struct ViewSight {
@@ -21,6 +26,7 @@ struct ViewSight {
   cv::Mat mask;                 // empty = none
   std::vector<uint8_t> facing;  // FacetRays::Facing its centre
   cv::Mat1i facet_map;          // of the facets that face it; -1 elsewhere
+  cv::Mat1f inverse_depth;      // of what is seen, from whatever side; 0 = nothing
 };
 
 std::vector<ViewSight> LookFromViews(const FacetRays& rays, const std::vector<Camera>& cameras,
@@ -36,7 +42,7 @@ std::vector<ViewSight> LookFromViews(const FacetRays& rays, const std::vector<Ca
   });
   for (size_t i = 0; i < cameras.size(); ++i) {
     if (used[i] == 0) continue;
-    sights[i].facet_map = FacetMap(rays.mesh(), cameras[i]);
+    sights[i].facet_map = FacetMap(rays.mesh(), cameras[i], &sights[i].inverse_depth);
     ParallelFor(cameras[i].height, kRowGrain, [&](int begin, int end) {
       cv::Mat1i rows = sights[i].facet_map.rowRange(begin, end);
       for (int& facet : rows) {
@@ -95,6 +101,8 @@ class PairRegion {
     const Eigen::Matrix<double, 3, 4> projection = second.camera.ProjectionMatrix();
     second_from_ray_ = projection.leftCols<3>();
     epipole_ = second_from_ray_ * rays_.center + projection.col(3);
+    const double focal = std::sqrt(second.camera.fx * second.camera.fy);
+    hides_from_ = static_cast<float>(1 / std::max(1 - kHiddenPx / focal, kNearest));
   }
 
   // Sets the row's pixels of Omega_ij; returns how many.
@@ -116,7 +124,10 @@ class PairRegion {
       // Homogeneous image point in j, times the inverse depth.
       const Eigen::Vector3d q = row_q + static_cast<double>(x) * step_q + inverse_row[x] * epipole_;
       if (!(inverse_row[x] > 0) || !InSecondImage(q)) continue;
-      if (SeenAround(q.x() / q.z(), q.y() / q.z(), facet)) {
+      const double scale = 1 / q.z();
+      const Sight sight = SightAround(q.x() * scale, q.y() * scale, inverse_row[x] * scale, facet);
+      if (sight == Sight::kHidden) continue;
+      if (sight == Sight::kSeen) {
         bits->Set(partner, row_start + x);
         ++count;
         continue;
@@ -152,25 +163,40 @@ class PairRegion {
     return second_.mask.at<uint8_t>(row, column) != 0;
   }
 
-  // The four pixels around image point (x, y) of j all see `facet` or facets that share a vertex with
-  // it: then nothing as large as a pixel is in front of it there.
-  bool SeenAround(double x, double y, int facet) const {
+  enum class Sight { kSeen, kHidden, kUnclear };
+
+  // Of a point of `facet` at image point (x, y) of j and inverse depth 1/t there, by the four pixels around it. Seen: none
+  // of them sees something nearer but `facet` itself or facets that share a vertex with it. Hidden: all of them see
+  // something else, nearer by kHiddenPx pixel footprints.
+  Sight SightAround(double x, double y, double inverse_depth, int facet) const {
     const cv::Mat1i& facet_map = second_.facet_map;
     const bool between_centres =
         x >= 0.5 && y >= 0.5 && x < facet_map.cols - 0.5 && y < facet_map.rows - 0.5;
-    if (!between_centres) return false;
+    if (!between_centres) return Sight::kUnclear;
     const int column = static_cast<int>(x - 0.5);
     const int row = static_cast<int>(y - 0.5);
-    const int* above = facet_map[row] + column;
-    const int* below = facet_map[row + 1] + column;
+    const float* depths[2] = {second_.inverse_depth[row] + column,
+                              second_.inverse_depth[row + 1] + column};
+    const auto here = static_cast<float>(inverse_depth);
+    const std::array<float, 4> around = {depths[0][0], depths[0][1], depths[1][0], depths[1][1]};
+    const bool is_nearer[4] = {around[0] > here, around[1] > here, around[2] > here,
+                               around[3] > here};
+    if (!(is_nearer[0] || is_nearer[1] || is_nearer[2] || is_nearer[3])) return Sight::kSeen;
+    const int* facets[2] = {facet_map[row] + column, facet_map[row + 1] + column};
+    const std::array<int, 4> seen = {facets[0][0], facets[0][1], facets[1][0], facets[1][1]};
     const std::vector<Eigen::Vector3i>& faces = facet_rays_.mesh().faces;
-    int neighbor = facet;  // the last one looked up
-    for (const int seen : {above[0], above[1], below[0], below[1]}) {
-      if (seen == facet || seen == neighbor) continue;
-      if (seen < 0 || !ShareVertex(faces[seen], faces[facet])) return false;
-      neighbor = seen;
+    int others = 0;
+    for (int k = 0; k < 4; ++k) {
+      if (!is_nearer[k] || seen[k] == facet) continue;
+      if (seen[k] < 0 || !ShareVertex(faces[seen[k]], faces[facet])) ++others;
     }
-    return true;
+    if (others == 0) return Sight::kSeen;
+    if (others < 4) return Sight::kUnclear;
+    // depth - nearer > kHiddenPx * depth / focal.
+    const float hidden = here * hides_from_;
+    const bool all_hide =
+        around[0] > hidden && around[1] > hidden && around[2] > hidden && around[3] > hidden;
+    return all_hide ? Sight::kHidden : Sight::kUnclear;
   }
 
   const FacetRays& facet_rays_;
@@ -182,6 +208,7 @@ class PairRegion {
   const double border_px_;
   Eigen::Matrix3d second_from_ray_;
   Eigen::Vector3d epipole_;
+  float hides_from_;  // times the inverse depth
 };
 
 // Omega_ij of view `first` and each of its seconds.
