@@ -1,12 +1,13 @@
 // Which facet each pixel sees, and which of those surface points a second view sees too: the
-// regions Omega_ij of the paper, cast with Embree and frozen while a solver runs.
+// regions Omega_ij of the paper, frozen while a solver runs.
 //
-// There is no depth bias. A pixel's facet is the closest hit of the ray through its centre. The
-// point X on it is visible from view j when nothing lies between X and j, where hits on X's own
-// facet and on facets that share a vertex with it and face j are not obstacles: on a consistently
-// oriented surface those cannot hide X, only rounding can make the ray touch them. Where the four
-// pixels of j around X's projection see nothing but X's facet and those neighbours, X counts as
-// visible without a ray of its own; an obstacle would have to be smaller than a pixel.
+// There is no depth bias. A pixel's facet is the closest one at its centre (core/visibility/facet_map.h). The
+// point X on it is visible from view j when nothing lies between X and j, where X's own facet and facets that
+// share a vertex with it and face j are not obstacles: on a consistently oriented surface those cannot hide X,
+// only rounding can make a ray touch them. Four pixels of j around X's projection decide where they can. X is
+// visible where none of them sees something nearer than X but that facet and those neighbours; an obstacle
+// would have to be smaller than a pixel. X is hidden where all of them see something else that is nearer by
+// eight pixel footprints; a gap would have to be smaller than a pixel. Elsewhere an Embree ray decides.
 #pragma once
 
 #include <cstdint>
