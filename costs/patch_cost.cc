@@ -16,6 +16,37 @@ constexpr double kAbsoluteDamping = 1e-9;
 // Index into CornerSums::curvature.
 constexpr int kPacked[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 
+// delta, of n unknowns.
+double Damping(double trace, int n) { return kRelativeDamping * trace / n + kAbsoluteDamping; }
+
+// beta of a patch with |L^-1 g|^2 = `squared`; 0 where its windows agree and its gradient is rounding.
+double Beta(double squared, double cost) {
+  if (squared <= 2 * cost) return 1;
+  return cost <= 0 ? 0 : std::sqrt(squared / (2 * cost));
+}
+
+// Factors the n x n matrix in place, L into its lower triangle, and solves L x = b. False when it is not positive definite.
+bool SolveLower(double* matrix, const double* b, ptrdiff_t n, double* x) {
+  for (ptrdiff_t i = 0; i < n; ++i) {
+    double* const row = matrix + i * n;
+    double rest = b[i];
+    for (ptrdiff_t j = 0; j <= i; ++j) {
+      const double* const other = matrix + j * n;
+      double sum = row[j];
+      for (ptrdiff_t k = 0; k < j; ++k) sum -= row[k] * other[k];
+      if (j < i) {
+        row[j] = sum / other[j];
+        rest -= row[j] * x[j];
+      } else {
+        if (!(sum > 0)) return false;
+        row[i] = std::sqrt(sum);
+      }
+    }
+    x[i] = rest / row[i];
+  }
+  return true;
+}
+
 }  // namespace
 
 PatchCost::PatchCost(const PhotometricRound* round, int vertex) : round_(round) {
@@ -39,49 +70,62 @@ PatchCost::PatchCost(const PhotometricRound* round, int vertex) : round_(round) 
   mutable_parameter_block_sizes()->assign(blocks_.size(), 3);
 }
 
+int PatchCost::Unknowns() const {
+  return (round_->context().motion == Motion::kNormal ? 1 : 3) * static_cast<int>(blocks_.size());
+}
+
 PatchSystem PatchCost::System() const {
-  const RoundContext& context = round_->context();
-  const bool normal_motion = context.motion == Motion::kNormal;
-  const int n = (normal_motion ? 1 : 3) * static_cast<int>(blocks_.size());
+  const int n = Unknowns();
   PatchSystem system;
   system.gradient.setZero(n);
   system.curvature.setZero(n, n);
+  Assemble(&system.cost, system.gradient.data(), system.curvature.data());
+  return system;
+}
+
+void PatchCost::Assemble(double* cost, double* gradient, double* curvature) const {
+  const RoundContext& context = round_->context();
+  const bool normal_motion = context.motion == Motion::kNormal;
+  const ptrdiff_t n = Unknowns();
+  *cost = 0;
   for (const IncidentFacet& incident : facets_) {
-    const CornerSums& sums = round_->corner_sums()[3 * incident.facet + incident.corner];
+    const CornerSums& sums =
+        round_->corner_sums()[3 * static_cast<size_t>(incident.facet) + incident.corner];
     const Eigen::Vector3d& normal = round_->facet_normals()[incident.facet];
-    system.cost += sums.share;
-    double along[3];  // n . N_k
+    *cost += sums.share;
+    double along[3] = {0, 0, 0};  // n . N_k
     for (int k = 0; k < 3 && normal_motion; ++k) {
       along[k] = normal.dot(context.normals[blocks_[incident.local[k]]]);
     }
     for (int k = 0; k < 3; ++k) {
-      const int row = incident.local[k];
+      const ptrdiff_t row = incident.local[k];
       if (normal_motion) {
-        system.gradient[row] += sums.slope[k] * along[k];
+        gradient[row] += sums.slope[k] * along[k];
       } else {
-        system.gradient.segment<3>(3 * row) += sums.slope[k] * normal;
+        for (int c = 0; c < 3; ++c) gradient[3 * row + c] += sums.slope[k] * normal[c];
       }
       for (int l = 0; l < 3; ++l) {
-        const int column = incident.local[l];
-        const double curvature = sums.curvature[kPacked[k][l]];
+        const ptrdiff_t column = incident.local[l];
+        const double value = sums.curvature[kPacked[k][l]];
         if (normal_motion) {
-          system.curvature(row, column) += curvature * along[k] * along[l];
-        } else {
-          system.curvature.block<3, 3>(3 * row, 3 * column) +=
-              curvature * normal * normal.transpose();
+          curvature[row * n + column] += value * along[k] * along[l];
+          continue;
+        }
+        for (int c = 0; c < 3; ++c) {
+          for (int d = 0; d < 3; ++d) {
+            curvature[(3 * row + c) * n + 3 * column + d] += value * normal[c] * normal[d];
+          }
         }
       }
     }
   }
-  return system;
 }
 
-void PatchCost::Linearize() {
+void PatchCost::Linearize() const {
+  linearized_at_ = round_->EvaluationCount();
   PatchSystem system = System();
   const auto n = static_cast<int>(system.gradient.size());
-  const double damping =
-      kRelativeDamping * system.curvature.trace() / static_cast<double>(n) + kAbsoluteDamping;
-  system.curvature.diagonal().array() += damping;
+  system.curvature.diagonal().array() += Damping(system.curvature.trace(), n);
   const Eigen::LLT<Eigen::MatrixXd> factor(system.curvature);
   valid_ = factor.info() == Eigen::Success;
   if (!valid_) return;
@@ -89,29 +133,115 @@ void PatchCost::Linearize() {
   const double squared = r.squaredNorm();
   valid_ = std::isfinite(squared + system.cost);  // as where a facet is turned edge-on
   if (!valid_) return;
-  double beta = 1;
-  if (squared > 2 * system.cost) {
-    if (system.cost <= 0) {  // by rounding: its windows agree
-      r.setZero();
-    } else {
-      beta = std::sqrt(squared / (2 * system.cost));
-      r /= beta;
-    }
+  const double beta = Beta(squared, system.cost);
+  if (beta > 0) {
+    r /= beta;
+  } else {
+    r.setZero();
   }
   const auto rows = static_cast<size_t>(n) + 1;
   linearization_.resize(rows + static_cast<size_t>(n) * (n + 1) / 2);
   std::copy(r.data(), r.data() + n, linearization_.begin());
   linearization_[n] = std::sqrt(std::max(0.0, 2 * system.cost - r.squaredNorm()));
+  const double scale = beta > 0 ? beta : 1;
   double* entry = linearization_.data() + rows;
   for (int row = 0; row < n; ++row) {
     for (int column = 0; column <= row; ++column) {
-      *entry++ = beta * factor.matrixLLT()(row, column);
+      *entry++ = scale * factor.matrixLLT()(row, column);
     }
   }
 }
 
+// What Linearize() would find, without derivatives.
+bool PatchCost::EvaluateCost(double* cost) const {
+  double sum = 0;
+  double finite = 0;
+  for (const IncidentFacet& incident : facets_) {
+    const CornerSums& sums =
+        round_->corner_sums()[3 * static_cast<size_t>(incident.facet) + incident.corner];
+    const double normal = round_->facet_normals()[incident.facet].squaredNorm();
+    sum += sums.share;
+    finite += normal * (sums.curvature[0] + sums.curvature[3] + sums.curvature[5]) +
+              normal * (sums.slope[0] + sums.slope[1] + sums.slope[2]);
+  }
+  *cost = std::max(0.0, sum);
+  return std::isfinite(sum + finite);
+}
+
+bool PatchCost::EvaluateTangent(double const* const* /*parameters*/,
+                                const TangentDirections* directions, double* cost, double* gradient,
+                                double* curvature) const {
+  if (gradient == nullptr) return EvaluateCost(cost);
+  static thread_local std::vector<double> scratch;
+  const ptrdiff_t n = Unknowns();
+  scratch.assign(static_cast<size_t>(2 * n * (n + 1)), 0.0);
+  double* const own_gradient = scratch.data();
+  double* const own_curvature = own_gradient + n;
+  double* const solved = own_curvature + n * n;
+  double* const factored = solved + n;
+  double sum = 0;
+  Assemble(&sum, own_gradient, own_curvature);
+  double trace = 0;
+  for (ptrdiff_t i = 0; i < n; ++i) trace += own_curvature[i * n + i];
+  const double damping = Damping(trace, static_cast<int>(n));
+  for (ptrdiff_t i = 0; i < n; ++i) own_curvature[i * n + i] += damping;
+  std::copy(own_curvature, own_curvature + n * n, factored);
+  if (!SolveLower(factored, own_gradient, n, solved)) return false;
+  double squared = 0;
+  for (ptrdiff_t i = 0; i < n; ++i) squared += solved[i] * solved[i];
+  if (!std::isfinite(squared + sum)) return false;
+  const double beta = Beta(squared, sum);
+  *cost = std::max(0.0, sum);
+
+  // From the patch's own unknowns to those of the solve: of each, its block and how it moves that.
+  const bool normal_motion = round_->context().motion == Motion::kNormal;
+  const int own = normal_motion ? 1 : 3;  // unknowns of a block
+  struct Unknown {
+    ptrdiff_t first;
+    double share[3];
+  };
+  static thread_local std::vector<Unknown> unknowns;
+  unknowns.clear();
+  for (size_t k = 0; k < blocks_.size(); ++k) {
+    const auto& [plus, columns] = directions[k];
+    for (int c = 0; c < columns; ++c) {
+      Unknown unknown{static_cast<ptrdiff_t>(k) * own, {0, 0, 0}};
+      const Eigen::Vector3d direction(plus[c], plus[columns + c], plus[2 * columns + c]);
+      if (normal_motion) {
+        unknown.share[0] = round_->context().normals[blocks_[k]].dot(direction);
+      } else {
+        std::copy(direction.data(), direction.data() + 3, unknown.share);
+      }
+      unknowns.push_back(unknown);
+    }
+  }
+  const size_t m = unknowns.size();
+  const double scale = beta > 0 ? beta * beta : 1;
+  for (size_t i = 0; i < m; ++i) {
+    const Unknown& row = unknowns[i];
+    gradient[i] = 0;
+    for (int c = 0; c < own && beta > 0; ++c) {
+      gradient[i] += row.share[c] * own_gradient[row.first + c];
+    }
+    if (curvature == nullptr) continue;
+    for (size_t j = i; j < m; ++j) {
+      const Unknown& column = unknowns[j];
+      double value = 0;
+      for (int c = 0; c < own; ++c) {
+        for (int d = 0; d < own; ++d) {
+          value += row.share[c] * own_curvature[(row.first + c) * n + column.first + d] *
+                   column.share[d];
+        }
+      }
+      curvature[i * m + j] = scale * value;
+    }
+  }
+  return true;
+}
+
 bool PatchCost::Evaluate(double const* const* /*parameters*/, double* residuals,
                          double** jacobians) const {
+  if (linearized_at_ != round_->EvaluationCount()) Linearize();
   if (!valid_) return false;
   std::copy(linearization_.begin(), linearization_.begin() + num_residuals(), residuals);
   if (jacobians == nullptr) return true;

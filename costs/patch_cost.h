@@ -19,11 +19,11 @@
 // J = d r / d h_k N_k^T. LineAlongNormal manifolds go with it. With kFree it is formed in all coordinates.
 #pragma once
 
-#include <ceres/cost_function.h>
-
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
+#include "core/solve/tangent_cost.h"
 #include "costs/photometric_round.h"
 
 namespace burin {
@@ -36,7 +36,7 @@ struct PatchSystem {
   Eigen::MatrixXd curvature;
 };
 
-class PatchCost : public ceres::CostFunction {
+class PatchCost : public TangentCost {
  public:
   // The round must outlive the cost. `vertex` must have a facet.
   PatchCost(const PhotometricRound* round, int vertex);
@@ -44,12 +44,16 @@ class PatchCost : public ceres::CostFunction {
   // Vertices in the order of the parameter blocks; the first is the patch's own.
   const std::vector<int>& blocks() const { return blocks_; }
   PatchSystem System() const;
-  // Factors the system at the round's last evaluation with derivatives; Evaluate() hands out the
-  // result until the next call. The round calls this for all patches in parallel before Ceres,
-  // which evaluates on one thread, reads them.
-  void Linearize();
+  // Factors the system at the round's last evaluation with derivatives, for Evaluate(), which does so itself
+  // where nobody has. The round calls this for all patches in parallel before Ceres, which evaluates on one
+  // thread, reads them.
+  void Linearize() const;
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
+  bool EvaluateTangent(double const* const* parameters, const TangentDirections* directions,
+                       double* cost, double* gradient, double* curvature) const override;
+  void ExpectResiduals(bool on) override { expects_residuals_ = on; }
+  bool ExpectsResiduals() const { return expects_residuals_; }
 
  private:
   struct IncidentFacet {
@@ -57,12 +61,20 @@ class PatchCost : public ceres::CostFunction {
     int corner;    // of the patch's vertex
     int local[3];  // block index of each corner
   };
+  int Unknowns() const;
+  // What PatchSystem has; `gradient` and `curvature` (both triangles) begin as zeros.
+  void Assemble(double* cost, double* gradient, double* curvature) const;
+  bool EvaluateCost(double* cost) const;
+
   const PhotometricRound* round_;
   std::vector<int> blocks_;
   std::vector<IncidentFacet> facets_;
-  bool valid_ = false;
+  bool expects_residuals_ = false;
+  // Of Linearize(); a residual block is evaluated by one thread at a time.
+  mutable int64_t linearized_at_ = -1;  // the round's EvaluationCount()
+  mutable bool valid_ = false;
   // The residuals, then beta L, its lower triangle row by row.
-  std::vector<double> linearization_;
+  mutable std::vector<double> linearization_;
 };
 
 }  // namespace burin

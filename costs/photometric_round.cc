@@ -66,7 +66,9 @@ void PhotometricRound::PrepareForEvaluation(bool /*evaluate_jacobians*/,
   Evaluate(parameters_->vertices, /*derivatives=*/true);
   if (evaluations_ == before && linearized_) return;
   ParallelFor(static_cast<int>(patches_.size()), kPatchGrain, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k) patches_[k]->Linearize();
+    for (int k = begin; k < end; ++k) {
+      if (patches_[k]->ExpectsResiduals()) patches_[k]->Linearize();
+    }
   });
   linearized_ = true;
 }

@@ -103,19 +103,51 @@ StencilCost::StencilCost(std::vector<double> coefficients, double scale,
 
 void StencilCost::SetTarget(const Eigen::Vector3d& target) { offset_ = -scale_ * target; }
 
-bool StencilCost::Evaluate(double const* const* parameters, double* residuals,
-                           double** jacobians) const {
-  Eigen::Map<Eigen::Vector3d> r(residuals);
-  r = offset_;
+Eigen::Vector3d StencilCost::Residual(double const* const* parameters) const {
+  Eigen::Vector3d r = offset_;
   for (size_t k = 0; k < coefficients_.size(); ++k) {
     r += coefficients_[k] * Eigen::Map<const Eigen::Vector3d>(parameters[k]);
   }
+  return r;
+}
+
+bool StencilCost::Evaluate(double const* const* parameters, double* residuals,
+                           double** jacobians) const {
+  Eigen::Map<Eigen::Vector3d> r(residuals);
+  r = Residual(parameters);
   if (jacobians == nullptr) return true;
   for (size_t k = 0; k < coefficients_.size(); ++k) {
     if (jacobians[k] == nullptr) continue;
     Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> jacobian(jacobians[k]);
     jacobian.setZero();
     jacobian.diagonal().setConstant(coefficients_[k]);
+  }
+  return true;
+}
+
+bool StencilCost::EvaluateTangent(double const* const* parameters,
+                                  const TangentDirections* directions, double* cost,
+                                  double* gradient, double* curvature) const {
+  const Eigen::Vector3d r = Residual(parameters);
+  *cost = 0.5 * r.squaredNorm();
+  if (gradient == nullptr) return true;
+  // J's columns, one an unknown.
+  static thread_local std::vector<Eigen::Vector3d> columns;
+  columns.clear();
+  for (size_t k = 0; k < coefficients_.size(); ++k) {
+    const auto& [plus, count] = directions[k];
+    for (int c = 0; c < count; ++c) {
+      columns.emplace_back(coefficients_[k] *
+                           Eigen::Vector3d(plus[c], plus[count + c], plus[2 * count + c]));
+    }
+  }
+  const size_t unknowns = columns.size();
+  for (size_t i = 0; i < unknowns; ++i) {
+    gradient[i] = columns[i].dot(r);
+    if (curvature == nullptr) continue;
+    for (size_t j = i; j < unknowns; ++j) {
+      curvature[i * unknowns + j] = columns[i].dot(columns[j]);
+    }
   }
   return true;
 }

@@ -8,11 +8,10 @@
 // Coefficients and s are constants of the round.
 #pragma once
 
-#include <ceres/cost_function.h>
-
 #include <vector>
 
 #include "core/mesh/mesh.h"
+#include "core/solve/tangent_cost.h"
 
 namespace burin {
 
@@ -38,15 +37,19 @@ Stencil CotangentStencil(int v, const TriangleMesh& mesh, const Adjacency& neigh
 // The stencil's value on given positions.
 Eigen::Vector3d Apply(const Stencil& stencil, const std::vector<Eigen::Vector3d>& positions);
 
-class StencilCost : public ceres::CostFunction {
+class StencilCost : public TangentCost {
  public:
   StencilCost(std::vector<double> coefficients, double scale,
               const Eigen::Vector3d& target = Eigen::Vector3d::Zero());
   void SetTarget(const Eigen::Vector3d& target);  // b
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
+  bool EvaluateTangent(double const* const* parameters, const TangentDirections* directions,
+                       double* cost, double* gradient, double* curvature) const override;
 
  private:
+  Eigen::Vector3d Residual(double const* const* parameters) const;
+
   std::vector<double> coefficients_;  // already multiplied by the scale
   const double scale_;
   Eigen::Vector3d offset_;  // -s * b

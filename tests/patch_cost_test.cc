@@ -1,4 +1,4 @@
-// What Ceres gets from the patches is the energy and its gradient, at every vertex: at silhouettes too,
+// What Ceres and burin's own normal equations get from the patches is the energy and its gradient, at every vertex: at silhouettes too,
 // where patches have taps of windows that are centred elsewhere.
 #include "costs/patch_cost.h"
 
@@ -168,6 +168,72 @@ TEST(PatchCost, CeresGradientIsThatOfCentralDifferencesAtEveryVertex) {
     EXPECT_NEAR((energy[0] - energy[1]) / (2 * kStep), found[k],
                 1e-4 * std::abs(found[k]) + 1e-6 * largest)
         << "vertex " << v;
+  }
+}
+
+// EvaluateTangent() against the residuals, patch by patch: some with beta above 1, some blocks constant.
+TEST(PatchCost, TangentIsWhatFollowsFromTheResiduals) {
+  for (const Motion motion : {Motion::kNormal, Motion::kFree}) {
+    Round round(160, 120, 4, motion);
+    round.photometric->Evaluate(round.mesh.vertices, /*derivatives=*/true);
+    const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    int scaled = 0;
+    for (size_t v = 0; v < round.mesh.vertices.size(); v += 3) {
+      if (round.context.faces.Begin(static_cast<int>(v)) ==
+          round.context.faces.End(static_cast<int>(v))) {
+        continue;
+      }
+      const PatchCost patch(round.photometric.get(), static_cast<int>(v));
+      const size_t blocks = patch.blocks().size();
+      const int rows = patch.num_residuals();
+      std::vector<TangentDirections> directions(blocks);
+      std::vector<std::vector<double>> jacobians(blocks, std::vector<double>(3 * rows));
+      std::vector<double*> jacobian_pointers;
+      int unknowns = 0;
+      for (size_t k = 0; k < blocks; ++k) {
+        jacobian_pointers.push_back(jacobians[k].data());
+        const Eigen::Vector3d& normal = round.context.normals[patch.blocks()[k]];
+        if (k == 1) {
+          directions[k] = {nullptr, 0};
+        } else if (motion == Motion::kNormal) {
+          directions[k] = {normal.data(), 1};
+        } else {
+          directions[k] = {identity, 3};
+        }
+        unknowns += directions[k].columns;
+      }
+      Eigen::VectorXd residuals(rows);
+      ASSERT_TRUE(patch.Evaluate(nullptr, residuals.data(), jacobian_pointers.data()));
+      Eigen::MatrixXd jacobian(rows, unknowns);
+      int column = 0;
+      for (size_t k = 0; k < blocks; ++k) {
+        const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>> ambient(
+            jacobians[k].data(), rows, 3);
+        const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>> plus(
+            directions[k].plus, 3, directions[k].columns);
+        jacobian.middleCols(column, directions[k].columns) = ambient * plus;
+        column += directions[k].columns;
+      }
+      double cost = 0;
+      double cost_alone = 0;
+      Eigen::VectorXd gradient(unknowns);
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> curvature(unknowns,
+                                                                                       unknowns);
+      ASSERT_TRUE(patch.EvaluateTangent(nullptr, directions.data(), &cost, gradient.data(),
+                                        curvature.data()));
+      ASSERT_TRUE(patch.EvaluateTangent(nullptr, nullptr, &cost_alone, nullptr, nullptr));
+      EXPECT_EQ(cost_alone, cost);
+      EXPECT_NEAR(cost, residuals.squaredNorm() / 2, 1e-12 * cost);
+      const Eigen::VectorXd expected = jacobian.transpose() * residuals;
+      EXPECT_LE((gradient - expected).norm(), 1e-9 * (1e-6 + expected.norm()));
+      const Eigen::MatrixXd full = curvature.selfadjointView<Eigen::Upper>();
+      const Eigen::MatrixXd square = jacobian.transpose() * jacobian;
+      EXPECT_LE((full - square).norm(), 1e-9 * square.norm());
+      const PatchSystem system = patch.System();
+      scaled += square.trace() > 1.01 * system.curvature.trace() ? 1 : 0;
+    }
+    RecordProperty(motion == Motion::kNormal ? "scaled_normal" : "scaled_free", scaled);
+    EXPECT_GT(scaled, 0);
   }
 }
 

@@ -14,6 +14,8 @@
 // their order in the problem. Which thread does a row does not matter. The pattern of H and the
 // place in it of every entry of every block are made once, in the constructor.
 //
+// Of a TangentCost (core/solve/tangent_cost.h) it takes J^T r and J^T J as they are.
+//
 // The values of moving parameter blocks are read and written in place, which Ceres' own minimisers
 // do too when a problem has an evaluation callback.
 #pragma once
@@ -29,6 +31,7 @@
 
 #include "core/mesh/mesh.h"
 #include "core/solve/symmetric_matrix.h"
+#include "core/solve/tangent_cost.h"
 
 namespace burin {
 
@@ -75,9 +78,10 @@ class NormalEquations {
   enum class Wanted { kCost, kGradient, kMatrix };
   struct Residuals {
     const ceres::CostFunction* cost_function;
-    int first_parameter;  // into parameters_, blocks as the cost function takes them
-    int first_value;      // into the batch's buffer: m gradient entries, then the m x m matrix
-    int unknowns;         // m
+    const TangentCost* tangent;  // the same, or null
+    int first_parameter;         // into parameters_, blocks as the cost function takes them
+    int first_value;  // into the batch's buffer: m gradient entries, then the m x m matrix
+    int unknowns;     // m
   };
   struct Parameter {
     double* values;
@@ -109,6 +113,7 @@ class NormalEquations {
   void MakeSlots(const std::vector<int>& first, const Adjacency& lower);
   bool Run(Wanted wanted, double* cost, Eigen::VectorXd* gradient);
   bool EvaluateResiduals(int index, Wanted wanted);
+  bool EvaluateTangent(int index, Wanted wanted);
   void AddRows(const RowTask& task, Wanted wanted, Eigen::VectorXd* gradient);
   void CopyLowerToUpper();
 

@@ -73,6 +73,7 @@ void NormalEquations::MakeUnknowns(const std::vector<ceres::ResidualBlockId>& id
   int parameter_count = 0;
   for (int r = 0; r < residual_count; ++r) {
     residuals_[r].cost_function = problem->GetCostFunctionForResidualBlock(ids[r]);
+    residuals_[r].tangent = dynamic_cast<const TangentCost*>(residuals_[r].cost_function);
     residuals_[r].first_parameter = parameter_count;
     parameter_count +=
         static_cast<int>(residuals_[r].cost_function->parameter_block_sizes().size());

@@ -15,7 +15,20 @@ struct Scratch {
   std::vector<double> tangent;  // J_b, rows x m
   std::vector<double*> jacobians;
   std::vector<const double*> values;
+  std::vector<TangentDirections> directions;
 };
+
+// Plus Jacobians of blocks without a manifold.
+const double* IdentityPlus(int size) {
+  static thread_local std::vector<std::vector<double>> identities;
+  if (static_cast<int>(identities.size()) <= size) identities.resize(size + 1);
+  std::vector<double>& identity = identities[size];
+  if (identity.empty()) {
+    identity.assign(static_cast<size_t>(size) * size, 0.0);
+    for (int c = 0; c < size; ++c) identity[static_cast<size_t>(c) * size + c] = 1;
+  }
+  return identity.data();
+}
 
 // tangent(rows x columns at stride m) = ambient (rows x size) * plus (size x columns).
 void ApplyPlusJacobian(const double* ambient, int rows, int size, const double* plus, int columns,
@@ -41,7 +54,31 @@ void ApplyPlusJacobian(const double* ambient, int rows, int size, const double* 
 
 }  // namespace
 
+bool NormalEquations::EvaluateTangent(int index, Wanted wanted) {
+  static thread_local Scratch scratch;
+  const Residuals& block = residuals_[index];
+  const int end = ParameterEnd(index);
+  scratch.values.clear();
+  scratch.directions.clear();
+  for (int p = block.first_parameter; p < end; ++p) {
+    scratch.values.push_back(parameters_[p].values);
+    const int k = parameters_[p].block;
+    if (k < 0) {
+      scratch.directions.push_back({nullptr, 0});
+    } else if (blocks_[k].manifold != nullptr) {
+      scratch.directions.push_back({&plus_jacobians_[first_plus_[k]], blocks_[k].tangent_size});
+    } else {
+      scratch.directions.push_back({IdentityPlus(blocks_[k].size), blocks_[k].size});
+    }
+  }
+  double* gradient = wanted != Wanted::kCost ? &buffer_[block.first_value] : nullptr;
+  double* curvature = wanted == Wanted::kMatrix ? gradient + block.unknowns : nullptr;
+  return block.tangent->EvaluateTangent(scratch.values.data(), scratch.directions.data(),
+                                        &costs_[index], gradient, curvature);
+}
+
 bool NormalEquations::EvaluateResiduals(int index, Wanted wanted) {
+  if (residuals_[index].tangent != nullptr) return EvaluateTangent(index, wanted);
   static thread_local Scratch scratch;
   const Residuals& block = residuals_[index];
   const int rows = block.cost_function->num_residuals();

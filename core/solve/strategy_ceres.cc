@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/solve/strategies.h"
+#include "core/solve/tangent_cost.h"
 
 namespace burin {
 namespace {
@@ -54,6 +55,7 @@ SolveSummary RunCeres(const SolveTask& task, ceres::Solver::Options options, dou
   options.callbacks.push_back(&forwarder);
   options.update_state_every_iteration = task.follow_vertices;
   ceres::Solver::Summary ceres_summary;
+  const ResidualsExpected expected(task.problem);
   ceres::Solve(options, task.problem, &ceres_summary);
   SolveSummary summary;
   summary.usable = ceres_summary.IsSolutionUsable();

@@ -6,6 +6,7 @@
 
 #include "core/solve/block_energy.h"
 #include "core/solve/strategies.h"
+#include "core/solve/tangent_cost.h"
 #include "core/support/stopwatch.h"
 
 namespace burin {
@@ -16,6 +17,7 @@ namespace burin {
 // stands for them; records have their energy in, to be compared with those of other strategies.
 SolveSummary SolveGradientDescent(const SolveTask& task, const SolverOptions& options) {
   const Stopwatch watch;
+  const ResidualsExpected expected(task.problem);
   std::vector<Eigen::Vector3d>& vertices = *task.vertices;
   ceres::Problem::EvaluateOptions evaluate;
   std::vector<ceres::ResidualBlockId> smoothness_blocks;
