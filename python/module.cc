@@ -21,6 +21,7 @@
 #include "apps/run/run_output.h"
 #include "apps/run/verdict_output.h"
 #include "core/mesh/mesh_io.h"
+#include "core/scene/doubts.h"
 #include "core/scene/formats/camera_checks.h"
 #include "core/scene/formats/scene_loader.h"
 #include "core/scene/formats/view_names.h"
@@ -302,6 +303,8 @@ void DefineScene(py::module_* module) {
         return std::make_shared<Scene>(LoadScene({path, images, masks}));
       },
       py::arg("path"), py::arg("images"), py::arg("masks"));
+  module->def(
+      "doubts_about", [](const Scene& scene) { return DoubtsAbout(scene); }, py::arg("scene"));
 }
 
 void DefineOptions(py::module_* module) {

@@ -2,6 +2,7 @@
 
 import dataclasses
 import typing
+import warnings
 
 import numpy
 
@@ -32,8 +33,12 @@ def load_scene(path, images="", masks=""):
     """A scene in any format that burin reads (docs/formats.md), with its photographs.
 
     images: folder of the photographs, where it is not the scene's own. masks: folder of image masks.
+    Warns (UserWarning) of cameras that are unlikely, and of sparse points that do not reproject.
     """
-    return _burin.load_scene(path, images, masks)
+    scene = _burin.load_scene(path, images, masks)
+    for doubt in _burin.doubts_about(scene):
+        warnings.warn(doubt, stacklevel=2)
+    return scene
 
 
 def write_mesh(path, vertices, faces):

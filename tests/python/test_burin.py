@@ -5,11 +5,14 @@ import json
 import os
 import pathlib
 import pickle
+import shutil
 import signal
+import struct
 import subprocess
 import sys
 import threading
 import time
+import warnings
 
 import numpy
 import pytest
@@ -43,6 +46,22 @@ def mesh(folder):
 
 
 SMALL = {"level.min_side_px": 30, "solver.max_iterations": 4}
+
+
+def test_load_scene_warns_of_unlikely_cameras(folder, tmp_path):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        burin.load_scene(folder)
+    low = tmp_path / "low"
+    shutil.copytree(folder, low)
+    cameras = next(low.rglob("cameras.bin"))
+    data = bytearray(cameras.read_bytes())
+    # A count, then the first camera: id, model, width, height, fx, fy, cx, cy.
+    assert struct.unpack_from("<i", data, 12)[0] == 1  # PINHOLE
+    struct.pack_into("<d", data, 56, 0.0)
+    cameras.write_bytes(data)
+    with pytest.warns(UserWarning, match="principal point"):
+        burin.load_scene(low)
 
 
 def test_options_are_those_of_the_command_line():
