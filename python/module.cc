@@ -36,6 +36,7 @@ namespace py = pybind11;
 namespace burin {
 namespace {
 
+using Path = std::filesystem::path;
 constexpr double kMostGrey = 1e6;
 
 // Other Python threads run during the call.
@@ -297,14 +298,12 @@ void DefineScene(py::module_* module) {
       });
   module->def(
       "load_scene",
-      [](const std::filesystem::path& path, const std::filesystem::path& images,
-         const std::filesystem::path& masks) {
-        const py::gil_scoped_release release;
+      [](const Path& path, const Path& images, const Path& masks) {
         return std::make_shared<Scene>(LoadScene({path, images, masks}));
       },
-      py::arg("path"), py::arg("images"), py::arg("masks"));
-  module->def(
-      "doubts_about", [](const Scene& scene) { return DoubtsAbout(scene); }, py::arg("scene"));
+      py::arg("path"), py::arg("images"), py::arg("masks"),
+      py::call_guard<py::gil_scoped_release>());
+  module->def("doubts_about", &DoubtsAbout, py::arg("scene"));
 }
 
 void DefineOptions(py::module_* module) {
@@ -379,15 +378,13 @@ PYBIND11_MODULE(_burin, module) {
   DefineOptions(&module);
   DefineScene(&module);
   DefineEnergy(&module);
-  module.def("read_mesh", [](const std::filesystem::path& path) {
+  module.def("read_mesh", [](const Path& path) {
     const TriangleMesh mesh = WithoutGil([&] { return ReadMesh(path); });
     return py::make_tuple(Array(mesh.vertices), Array(mesh.faces));
   });
-  module.def("write_mesh", [](const std::filesystem::path& path, const py::array& vertices,
-                              const py::array& faces) {
+  module.def("write_mesh", [](const Path& path, const py::array& vertices, const py::array& faces) {
     const TriangleMesh mesh = MeshOf(vertices, faces);
-    const py::gil_scoped_release release;
-    WriteMesh(path, mesh);
+    WithoutGil([&] { WriteMesh(path, mesh); });
   });
   module.def("refine", &RefineMesh, py::arg("scene"), py::arg("vertices"), py::arg("faces"),
              py::arg("options"), py::arg("callback"));

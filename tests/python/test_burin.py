@@ -55,8 +55,7 @@ def test_load_scene_warns_of_unlikely_cameras(folder, tmp_path):
     low = tmp_path / "low"
     shutil.copytree(folder, low)
     cameras = next(low.rglob("cameras.bin"))
-    data = bytearray(cameras.read_bytes())
-    # A count, then the first camera: id, model, width, height, fx, fy, cx, cy.
+    data = bytearray(cameras.read_bytes())  # a count, then id, model, width, height, fx, fy, cx, cy
     assert struct.unpack_from("<i", data, 12)[0] == 1  # PINHOLE
     struct.pack_into("<d", data, 56, 0.0)
     cameras.write_bytes(data)
