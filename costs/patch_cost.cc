@@ -25,28 +25,6 @@ double Beta(double squared, double cost) {
   return cost <= 0 ? 0 : std::sqrt(squared / (2 * cost));
 }
 
-// Factors the n x n matrix in place, L into its lower triangle, and solves L x = b. False when it is not positive definite.
-bool SolveLower(double* matrix, const double* b, ptrdiff_t n, double* x) {
-  for (ptrdiff_t i = 0; i < n; ++i) {
-    double* const row = matrix + i * n;
-    double rest = b[i];
-    for (ptrdiff_t j = 0; j <= i; ++j) {
-      const double* const other = matrix + j * n;
-      double sum = row[j];
-      for (ptrdiff_t k = 0; k < j; ++k) sum -= row[k] * other[k];
-      if (j < i) {
-        row[j] = sum / other[j];
-        rest -= row[j] * x[j];
-      } else {
-        if (!(sum > 0)) return false;
-        row[i] = std::sqrt(sum);
-      }
-    }
-    x[i] = rest / row[i];
-  }
-  return true;
-}
-
 }  // namespace
 
 PatchCost::PatchCost(const PhotometricRound* round, int vertex) : round_(round) {
@@ -181,14 +159,16 @@ bool PatchCost::EvaluateTangent(double const* const* /*parameters*/,
   double* const factored = solved + n;
   double sum = 0;
   Assemble(&sum, own_gradient, own_curvature);
-  double trace = 0;
-  for (ptrdiff_t i = 0; i < n; ++i) trace += own_curvature[i * n + i];
-  const double damping = Damping(trace, static_cast<int>(n));
-  for (ptrdiff_t i = 0; i < n; ++i) own_curvature[i * n + i] += damping;
-  std::copy(own_curvature, own_curvature + n * n, factored);
-  if (!SolveLower(factored, own_gradient, n, solved)) return false;
-  double squared = 0;
-  for (ptrdiff_t i = 0; i < n; ++i) squared += solved[i] * solved[i];
+  Eigen::Map<Eigen::MatrixXd> matrix(own_curvature, n, n);
+  matrix.diagonal().array() += Damping(matrix.trace(), static_cast<int>(n));
+  Eigen::Map<Eigen::MatrixXd> copy(factored, n, n);
+  copy = matrix;
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(copy);  // in place
+  if (factor.info() != Eigen::Success) return false;
+  Eigen::Map<Eigen::VectorXd> r(solved, n);
+  r = Eigen::Map<const Eigen::VectorXd>(own_gradient, n);
+  factor.matrixL().solveInPlace(r);
+  const double squared = r.squaredNorm();
   if (!std::isfinite(squared + sum)) return false;
   const double beta = Beta(squared, sum);
   *cost = std::max(0.0, sum);

@@ -87,7 +87,7 @@ TEST(FacetMap, HasNoGapAndNoFacetTooManyAtEdges) {
     covered += (FacetMap(alone, camera) >= 0) / 255;
   }
   EXPECT_EQ(cv::countNonZero(covered != 1), 0);
-  // Everywhere on a closed body too.
+  // From behind too.
   TriangleMesh turned = mesh;
   for (Eigen::Vector3i& face : turned.faces) std::swap(face[0], face[1]);
   EXPECT_EQ(cv::countNonZero(FacetMap(turned, camera) < 0), 0);

@@ -11,10 +11,10 @@
 
 namespace burin {
 
-// kWorked: the change on what was held back is below minus two standard errors. kWorkedInPart: the same, and more than a
-// quarter of the surface is against the evidence or featureless: no photograph tells where it is. kWorse: above two. kLittle: between
-// them. kUndone: no vertex has moved. kCannotTell: too little was held back (HeldBackVerdict::Known), or it agrees with
-// neither surface, 1 - ZNCC above 0.75 before and after.
+// kWorked: the change on what was held back is below minus two standard errors. kWorkedInPart: the same, and more
+// than a quarter of the surface is against the evidence or featureless: no photograph tells where it is. kWorse: above
+// two. kLittle: between them. kUndone: no vertex has moved. kCannotTell: too little was held back
+// (HeldBackVerdict::Known), or it agrees with neither surface, 1 - ZNCC above 0.75 before and after.
 enum class RunOutcome { kWorked, kWorkedInPart, kLittle, kWorse, kUndone, kCannotTell };
 inline Choices<RunOutcome> ChoicesOf(RunOutcome) {
   return {{RunOutcome::kWorked, "worked"},         {RunOutcome::kWorkedInPart, "worked in part"},

@@ -72,7 +72,7 @@ double ReachAt(const Camera& camera, const Eigen::Vector3d& point) {
 class FreeSpaceJury {
  public:
   FreeSpaceJury(const Scene& scene, const TriangleMesh& mesh, const std::vector<CameraPair>& pairs)
-      : mesh_(mesh), rays_(mesh), single_(mesh), partners_(scene.views.size()) {
+      : mesh_(mesh), single_(mesh), partners_(scene.views.size()) {
     for (const CameraPair& pair : FirstPartners(scene, pairs)) {
       partners_[pair.reference].push_back(pair.second);
     }
@@ -209,7 +209,7 @@ class FreeSpaceJury {
   void AskWindows(int i, Votes* votes) const {
     if (partners_[i].size() < 2) return;
     const Camera& camera = views_[i].camera;
-    for (const WindowPlace& place : PlacesOf(rays_, views_[i], i, kPlacesPerView)) {
+    for (const WindowPlace& place : PlacesOf(mesh_, views_[i], i, kPlacesPerView)) {
       const std::optional<RayHit> behind = Behind(camera, place.at, camera.Depth(place.point));
       const std::optional<float> here = Agreement(i, place.at, place.facet, place.point,
                                                   behind ? &behind->point : nullptr, kAgrees);
@@ -250,7 +250,6 @@ class FreeSpaceJury {
   }
 
   const TriangleMesh& mesh_;
-  const FacetRays rays_;
   const MeshRays single_;
   std::vector<std::vector<int>> partners_;
   std::vector<SmallView> views_;

@@ -11,6 +11,7 @@
 #include "core/evidence/window_places.h"
 #include "core/support/counter_random.h"
 #include "core/support/parallel.h"
+#include "core/visibility/facet_pencil.h"
 #include "core/visibility/facet_rays.h"
 
 namespace burin {
@@ -143,7 +144,7 @@ std::vector<WindowMatch> MatchWindows(const Scene& scene, const TriangleMesh& me
     for (int i = begin; i < end; ++i) {
       if (any[i] == 0) continue;
       views[i] = Reduce(scene.views[i], largest_side_px);
-      if (reference[i] != 0) places[i] = PlacesOf(rays, views[i], i, kPlacesPerView);
+      if (reference[i] != 0) places[i] = PlacesOf(mesh, views[i], i, kPlacesPerView);
     }
   });
   // By second view: which facets face it is asked once.
@@ -159,7 +160,7 @@ std::vector<WindowMatch> MatchWindows(const Scene& scene, const TriangleMesh& me
     ParallelFor(static_cast<int>(views.size()), 1, [&](int begin, int end) {
       for (int j = begin; j < end; ++j) {
         if (pairs_of[j].empty()) continue;
-        const std::vector<uint8_t> facing = rays.Facing(views[j].camera.Center());
+        const std::vector<uint8_t> facing = FacingFacets(mesh, views[j].camera.Center());
         for (const int p : pairs_of[j]) {
           const PairMatcher matcher(rays, views, used[p], facing, least_cosine);
           of_pair[p] = matcher.Match(places[used[p].reference], per_pair);

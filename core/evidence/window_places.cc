@@ -61,12 +61,11 @@ SmallView Reduce(const View& view, int largest_side_px) {
   return small;
 }
 
-std::vector<WindowPlace> PlacesOf(const FacetRays& rays, const SmallView& view, int index,
+std::vector<WindowPlace> PlacesOf(const TriangleMesh& mesh, const SmallView& view, int index,
                                   int count) {
-  const TriangleMesh& mesh = rays.mesh();
   const Camera map_camera = view.camera.Resized(std::max(1, view.camera.width / kMapStep),
                                                 std::max(1, view.camera.height / kMapStep));
-  const cv::Mat1i facets = FacetMap(rays.mesh(), map_camera);
+  const cv::Mat1i facets = FacetMap(mesh, map_camera);
   const auto seen = static_cast<double>(facets.total() - cv::countNonZero(facets == -1));
   if (seen == 0) return {};
   const int step = std::max(2, static_cast<int>(std::sqrt(seen / count)));

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "core/evidence/match_grid.h"
+#include "core/mesh/mesh.h"
 #include "core/scene/pairs.h"
 #include "core/scene/scene.h"
-#include "core/visibility/facet_rays.h"
 
 namespace burin {
 
@@ -41,7 +41,7 @@ struct WindowPlace {
 
 // The most textured place of every square of a grid that makes about `count` squares of what the view sees
 // of the mesh. `index` is the view's.
-std::vector<WindowPlace> PlacesOf(const FacetRays& rays, const SmallView& view, int index,
+std::vector<WindowPlace> PlacesOf(const TriangleMesh& mesh, const SmallView& view, int index,
                                   int count);
 
 // The first four partners that `pairs` gives each view, in their order; photographs with less than

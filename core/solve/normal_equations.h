@@ -125,7 +125,7 @@ class NormalEquations {
   std::vector<Residuals> residuals_;
   std::vector<Parameter> parameters_;
   std::vector<int> first_plus_;         // of each moving block, into plus_jacobians_
-  std::vector<double> plus_jacobians_;  // of blocks with a manifold, at the current values
+  std::vector<double> plus_jacobians_;  // of all blocks, at the current values
   std::vector<double> costs_;           // of each residual block
   std::vector<Contribution> contributions_;
   std::vector<RowTask> row_tasks_;

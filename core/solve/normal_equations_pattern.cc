@@ -47,9 +47,10 @@ void NormalEquations::MakeUnknowns(const std::vector<ceres::ResidualBlockId>& id
       CHECK_EQ(problem->GetParameterUpperBound(values, c), std::numeric_limits<double>::max());
     }
     first_plus_.push_back(static_cast<int>(plus_jacobians_.size()));
-    if (block.manifold != nullptr) {
-      plus_jacobians_.resize(plus_jacobians_.size() +
-                             static_cast<size_t>(block.size) * block.tangent_size);
+    plus_jacobians_.resize(
+        plus_jacobians_.size() + static_cast<size_t>(block.size) * block.tangent_size, 0.0);
+    for (int c = 0; c < block.size && block.manifold == nullptr; ++c) {  // stays the identity
+      plus_jacobians_[first_plus_.back() + c * (block.size + 1)] = 1;
     }
     unknowns_ += block.tangent_size;
     state_size_ += block.size;

@@ -18,18 +18,6 @@ struct Scratch {
   std::vector<TangentDirections> directions;
 };
 
-// Plus Jacobians of blocks without a manifold.
-const double* IdentityPlus(int size) {
-  static thread_local std::vector<std::vector<double>> identities;
-  if (static_cast<int>(identities.size()) <= size) identities.resize(size + 1);
-  std::vector<double>& identity = identities[size];
-  if (identity.empty()) {
-    identity.assign(static_cast<size_t>(size) * size, 0.0);
-    for (int c = 0; c < size; ++c) identity[static_cast<size_t>(c) * size + c] = 1;
-  }
-  return identity.data();
-}
-
 // tangent(rows x columns at stride m) = ambient (rows x size) * plus (size x columns).
 void ApplyPlusJacobian(const double* ambient, int rows, int size, const double* plus, int columns,
                        double* tangent, int stride) {
@@ -65,10 +53,8 @@ bool NormalEquations::EvaluateTangent(int index, Wanted wanted) {
     const int k = parameters_[p].block;
     if (k < 0) {
       scratch.directions.push_back({nullptr, 0});
-    } else if (blocks_[k].manifold != nullptr) {
-      scratch.directions.push_back({&plus_jacobians_[first_plus_[k]], blocks_[k].tangent_size});
     } else {
-      scratch.directions.push_back({IdentityPlus(blocks_[k].size), blocks_[k].size});
+      scratch.directions.push_back({&plus_jacobians_[first_plus_[k]], blocks_[k].tangent_size});
     }
   }
   double* gradient = wanted != Wanted::kCost ? &buffer_[block.first_value] : nullptr;

@@ -8,11 +8,11 @@ namespace burin {
 BackFaces CountBackFaces(const TriangleMesh& mesh, const std::vector<Camera>& cameras) {
   BackFaces count;
   for (const Camera& camera : cameras) {
-    const Eigen::Vector3d center = camera.Center();
+    const std::vector<uint8_t> facing = FacingFacets(mesh, camera.Center());
     for (const int facet : FacetMap(mesh, camera)) {
       if (facet < 0) continue;
       ++count.pixels;
-      count.back += FacesCenter(mesh.vertices, mesh.faces[facet], center) ? 0 : 1;
+      count.back += facing[facet] == 0 ? 1 : 0;
     }
   }
   return count;

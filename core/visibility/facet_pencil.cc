@@ -46,4 +46,12 @@ bool FacesCenter(const std::vector<Eigen::Vector3d>& vertices, const Eigen::Vect
          offset * offset > kFlat * kFlat * u.squaredNorm() * v.squaredNorm() * a.squaredNorm();
 }
 
+std::vector<uint8_t> FacingFacets(const TriangleMesh& mesh, const Eigen::Vector3d& center) {
+  std::vector<uint8_t> facing(mesh.faces.size());
+  for (size_t f = 0; f < mesh.faces.size(); ++f) {
+    facing[f] = FacesCenter(mesh.vertices, mesh.faces[f], center) ? 1 : 0;
+  }
+  return facing;
+}
+
 }  // namespace burin

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
+#include "core/mesh/mesh.h"
 #include "core/scene/camera.h"
 
 namespace burin {
@@ -52,5 +54,8 @@ FacetPencil MakeFacetPencil(const std::vector<Eigen::Vector3d>& vertices,
 // edge-on, of no area, or not finite.
 bool FacesCenter(const std::vector<Eigen::Vector3d>& vertices, const Eigen::Vector3i& face,
                  const Eigen::Vector3d& center);
+
+// Per facet: 1 where it FacesCenter().
+std::vector<uint8_t> FacingFacets(const TriangleMesh& mesh, const Eigen::Vector3d& center);
 
 }  // namespace burin

@@ -3,9 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-#include "core/support/parallel.h"
-#include "core/visibility/facet_pencil.h"
-
 namespace burin {
 namespace {
 
@@ -40,14 +37,6 @@ void RejectOwnNeighbourhood(const RTCFilterFunctionNArguments* args) {
 
 FacetRays::FacetRays(const TriangleMesh& mesh)
     : mesh_(mesh), embree_(mesh, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION) {}
-
-std::vector<uint8_t> FacetRays::Facing(const Eigen::Vector3d& center) const {
-  std::vector<uint8_t> facing(mesh_.faces.size());
-  for (size_t f = 0; f < mesh_.faces.size(); ++f) {
-    facing[f] = FacesCenter(mesh_.vertices, mesh_.faces[f], center) ? 1 : 0;
-  }
-  return facing;
-}
 
 void FacetRays::CastToCamera(const Camera& camera, const std::vector<uint8_t>& facing,
                              const Eigen::Vector3d* points, const int* facets, int count,

@@ -4,7 +4,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <opencv2/core.hpp>
 #include <vector>
 
 #include "core/mesh/embree_mesh.h"
@@ -19,11 +18,9 @@ class FacetRays {
   explicit FacetRays(const TriangleMesh& mesh);
 
   const TriangleMesh& mesh() const { return mesh_; }
-  // Per facet: 1 where its front side faces `center`.
-  std::vector<uint8_t> Facing(const Eigen::Vector3d& center) const;
 
   // visible[k] is 1 where facet facets[k] faces the camera and nothing that the camera sees lies between it
-  // and points[k], else 0. `facing` is Facing(camera.Center()).
+  // and points[k], else 0. `facing` is FacingFacets() of its centre.
   void CastToCamera(const Camera& camera, const std::vector<uint8_t>& facing,
                     const Eigen::Vector3d* points, const int* facets, int count,
                     uint8_t* visible) const;

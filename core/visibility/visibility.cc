@@ -24,7 +24,7 @@ constexpr double kNearest =
 struct ViewSight {
   Camera camera;
   cv::Mat mask;                 // empty = none
-  std::vector<uint8_t> facing;  // FacetRays::Facing its centre
+  std::vector<uint8_t> facing;  // FacingFacets() of its centre
   cv::Mat1i facet_map;          // of the facets that face it; -1 elsewhere
   cv::Mat1f inverse_depth;      // of what is seen, from whatever side; 0 = nothing
 };
@@ -37,7 +37,7 @@ std::vector<ViewSight> LookFromViews(const FacetRays& rays, const std::vector<Ca
     for (int i = begin; i < end; ++i) {
       sights[i].camera = cameras[i];
       if (!masks.empty()) sights[i].mask = masks[i];
-      if (used[i] != 0) sights[i].facing = rays.Facing(cameras[i].Center());
+      if (used[i] != 0) sights[i].facing = FacingFacets(rays.mesh(), cameras[i].Center());
     }
   });
   for (size_t i = 0; i < cameras.size(); ++i) {
@@ -280,7 +280,7 @@ std::vector<ViewDomain> RayCaster::Cast(const std::vector<Camera>& cameras,
 
 void RayCaster::PointsVisible(const Camera& camera, const std::vector<Eigen::Vector3d>& points,
                               const std::vector<int>& facets, std::vector<uint8_t>* visible) const {
-  const std::vector<uint8_t> facing = rays_->Facing(camera.Center());
+  const std::vector<uint8_t> facing = FacingFacets(rays_->mesh(), camera.Center());
   visible->resize(points.size());
   ParallelFor(static_cast<int>(points.size()), kPointGrain, [&](int begin, int end) {
     rays_->CastToCamera(camera, facing, points.data() + begin, facets.data() + begin, end - begin,
