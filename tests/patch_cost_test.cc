@@ -2,7 +2,6 @@
 // where patches have taps of windows that are centred elsewhere.
 #include "costs/patch_cost.h"
 
-#include <ceres/problem.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,6 +12,7 @@
 #include "core/refine/normalized_world.h"
 #include "core/refine/round.h"
 #include "core/scene/pyramid.h"
+#include "core/solve/ceres_problem.h"
 #include "core/solve/motion.h"
 #include "core/synthetic/synthetic.h"
 #include "costs/photometric_energy.h"
@@ -46,18 +46,16 @@ struct Round {
     term->BeginLevel(views);
     photometric = term->FreezeRound(context);
     parameters.vertices = mesh.vertices;
-    ceres::Problem::Options problem_options;
-    problem_options.evaluation_callback = photometric->Callback();
-    problem = std::make_unique<ceres::Problem>(problem_options);
-    photometric->AddResiduals(problem.get(), &parameters);
-    for (size_t v = 0; v < mesh.vertices.size(); ++v) {
-      double* block = parameters.vertices[v].data();
-      if (!problem->HasParameterBlock(block)) continue;
+    energy = std::make_unique<RoundEnergy>(&parameters);
+    photometric->AddBlocks(energy.get());
+    vertices = energy->Used();
+    lines.reserve(vertices.size());
+    for (const int v : vertices) {
       if (motion == Motion::kNormal) {
-        problem->SetManifold(block, new LineAlongNormal(context.normals[v]));
+        energy->SetManifold(v, &lines.emplace_back(context.normals[v]));
       }
-      vertices.push_back(static_cast<int>(v));
     }
+    problem = std::make_unique<CeresProblem>(*energy, photometric->Callback());
   }
 
   // By entry of `vertices`: along the normal, or x, y, z.
@@ -67,7 +65,7 @@ struct Round {
       evaluate.parameter_blocks.push_back(parameters.vertices[v].data());
     }
     std::vector<double> gradient;
-    EXPECT_TRUE(problem->Evaluate(evaluate, cost, nullptr, &gradient, nullptr));
+    EXPECT_TRUE(problem->get()->Evaluate(evaluate, cost, nullptr, &gradient, nullptr));
     return gradient;
   }
 
@@ -113,7 +111,9 @@ struct Round {
   std::unique_ptr<PhotometricEnergy> term;
   std::unique_ptr<PhotometricRound> photometric;
   RoundParameters parameters;
-  std::unique_ptr<ceres::Problem> problem;
+  std::vector<LineAlongNormal> lines;
+  std::unique_ptr<RoundEnergy> energy;
+  std::unique_ptr<CeresProblem> problem;
   std::vector<int> vertices;  // that the problem has
 };
 
@@ -171,20 +171,22 @@ TEST(PatchCost, CeresGradientIsThatOfCentralDifferencesAtEveryVertex) {
   }
 }
 
-// EvaluateTangent() against the residuals, patch by patch: some with beta above 1, some blocks constant.
-TEST(PatchCost, TangentIsWhatFollowsFromTheResiduals) {
+// Gradient and curvature against the residuals for Ceres, patch by patch: some with beta above 1, some blocks constant.
+TEST(PatchBlocks, GradientAndCurvatureFollowFromTheResiduals) {
   for (const Motion motion : {Motion::kNormal, Motion::kFree}) {
     Round round(160, 120, 4, motion);
     round.photometric->Evaluate(round.mesh.vertices, /*derivatives=*/true);
     const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     int scaled = 0;
-    for (size_t v = 0; v < round.mesh.vertices.size(); v += 3) {
-      if (round.context.faces.Begin(static_cast<int>(v)) ==
-          round.context.faces.End(static_cast<int>(v))) {
-        continue;
-      }
-      const PatchCost patch(round.photometric.get(), static_cast<int>(v));
-      const size_t blocks = patch.blocks().size();
+    std::vector<int> with_facets;
+    for (int v = 0; v < static_cast<int>(round.mesh.vertices.size()); v += 3) {
+      if (round.context.faces.Degree(v) > 0) with_facets.push_back(v);
+    }
+    const PatchBlocks patches(round.photometric.get(), with_facets);
+    const auto costs = patches.MakeCostFunctions();
+    for (int p = 0; p < patches.size(); ++p) {
+      const ceres::CostFunction& patch = *costs[p];
+      const auto blocks = static_cast<size_t>(patches.parameters().Degree(p));
       const int rows = patch.num_residuals();
       std::vector<TangentDirections> directions(blocks);
       std::vector<std::vector<double>> jacobians(blocks, std::vector<double>(3 * rows));
@@ -192,7 +194,7 @@ TEST(PatchCost, TangentIsWhatFollowsFromTheResiduals) {
       int unknowns = 0;
       for (size_t k = 0; k < blocks; ++k) {
         jacobian_pointers.push_back(jacobians[k].data());
-        const Eigen::Vector3d& normal = round.context.normals[patch.blocks()[k]];
+        const Eigen::Vector3d& normal = round.context.normals[patches.parameters().Begin(p)[k]];
         if (k == 1) {
           directions[k] = {nullptr, 0};
         } else if (motion == Motion::kNormal) {
@@ -219,9 +221,8 @@ TEST(PatchCost, TangentIsWhatFollowsFromTheResiduals) {
       Eigen::VectorXd gradient(unknowns);
       Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> curvature(unknowns,
                                                                                        unknowns);
-      ASSERT_TRUE(patch.EvaluateTangent(nullptr, directions.data(), &cost, gradient.data(),
-                                        curvature.data()));
-      ASSERT_TRUE(patch.EvaluateTangent(nullptr, nullptr, &cost_alone, nullptr, nullptr));
+      ASSERT_TRUE(patches.Evaluate(p, directions.data(), &cost, gradient.data(), curvature.data()));
+      ASSERT_TRUE(patches.Evaluate(p, nullptr, &cost_alone, nullptr, nullptr));
       EXPECT_EQ(cost_alone, cost);
       EXPECT_NEAR(cost, residuals.squaredNorm() / 2, 1e-12 * cost);
       const Eigen::VectorXd expected = jacobian.transpose() * residuals;
@@ -229,7 +230,7 @@ TEST(PatchCost, TangentIsWhatFollowsFromTheResiduals) {
       const Eigen::MatrixXd full = curvature.selfadjointView<Eigen::Upper>();
       const Eigen::MatrixXd square = jacobian.transpose() * jacobian;
       EXPECT_LE((full - square).norm(), 1e-9 * square.norm());
-      const PatchSystem system = patch.System();
+      const PatchSystem system = patches.System(p);
       scaled += square.trace() > 1.01 * system.curvature.trace() ? 1 : 0;
     }
     RecordProperty(motion == Motion::kNormal ? "scaled_normal" : "scaled_free", scaled);

@@ -1,0 +1,62 @@
+#include "core/solve/ceres_problem.h"
+
+#include "core/support/parallel.h"
+
+namespace burin {
+namespace {
+
+constexpr int kCostGrain = 4096;
+
+}  // namespace
+
+CeresProblem::CeresProblem(const RoundEnergy& energy, ceres::EvaluationCallback* callback) {
+  ceres::Problem::Options options;
+  options.evaluation_callback = callback;
+  options.disable_all_safety_checks = true;
+  // Counting references takes Ceres longer than the rest of what it does here.
+  options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  problem_ = std::make_unique<ceres::Problem>(options);
+  std::vector<double*> values;
+  for (const RoundEnergy::Part& part : energy.parts()) {
+    std::vector<std::unique_ptr<ceres::CostFunction>> costs = part.blocks->MakeCostFunctions();
+    std::vector<ceres::ResidualBlockId> ids;
+    ids.reserve(costs.size());
+    for (int k = 0; k < part.blocks->size(); ++k) {
+      values.clear();
+      const Adjacency& parameters = part.blocks->parameters();
+      for (const int* p = parameters.Begin(k); p != parameters.End(k); ++p) {
+        values.push_back(energy.Values(*p));
+      }
+      ids.push_back(problem_->AddResidualBlock(costs[k].get(), part.blocks->Loss(k), values));
+      costs_.push_back(std::move(costs[k]));
+    }
+    blocks_.emplace_back(part.term, std::move(ids));
+  }
+  for (const int p : energy.Used()) {
+    if (energy.IsConstant(p)) {
+      problem_->SetParameterBlockConstant(energy.Values(p));
+    } else if (energy.ManifoldOf(p) != nullptr) {
+      problem_->SetManifold(energy.Values(p), energy.ManifoldOf(p));
+    }
+  }
+}
+
+CeresProblem::~CeresProblem() {
+  problem_.reset();
+  ParallelFor(static_cast<int>(costs_.size()), kCostGrain, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) costs_[k].reset();
+  });
+}
+
+std::vector<ceres::ResidualBlockId> CeresProblem::ResidualBlocks(
+    const std::function<bool(const std::string& term)>& wanted) const {
+  std::vector<ceres::ResidualBlockId> found;
+  for (const auto& [term, ids] : blocks_) {
+    if (wanted(term)) found.insert(found.end(), ids.begin(), ids.end());
+  }
+  return found;
+}
+
+}  // namespace burin
