@@ -9,7 +9,7 @@
 #include "core/solve/symmetric_matrix.h"
 #include "core/support/parallel.h"
 #include "core/support/stopwatch.h"
-#include "costs/patch_blocks.h"
+#include "costs/facet_blocks.h"
 
 namespace burin {
 namespace {
@@ -33,13 +33,9 @@ void PhotometricRound::FinishFreeze() {
 
 void PhotometricRound::AddBlocks(RoundEnergy* energy) {
   parameters_ = &energy->parameters();
-  std::vector<int> seen;
-  for (size_t v = 0; v < parameters_->vertices.size(); ++v) {
-    if (context_.seen[v] != 0) seen.push_back(static_cast<int>(v));
-  }
-  auto patches = std::make_unique<PatchBlocks>(this, seen);
-  patches_ = patches.get();
-  energy->Add(std::move(patches));
+  auto blocks = std::make_unique<FacetBlocks>(this);
+  blocks_ = blocks.get();
+  energy->Add(std::move(blocks));
 }
 
 void PhotometricRound::MarkSupported(const std::vector<Eigen::Vector3d>& vertices,
@@ -56,7 +52,7 @@ void PhotometricRound::MarkSupported(const std::vector<Eigen::Vector3d>& vertice
 void PhotometricRound::PrepareForEvaluation(bool /*evaluate_jacobians*/,
                                             bool /*new_evaluation_point*/) {
   Evaluate(parameters_->vertices, /*derivatives=*/true);
-  patches_->FactorForCeres();
+  blocks_->FactorForCeres();
 }
 
 void PhotometricRound::EvaluateSample(const PairSample& sample, bool squares_only,

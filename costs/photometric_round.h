@@ -30,7 +30,7 @@
 
 namespace burin {
 
-class PatchBlocks;
+class FacetBlocks;
 
 class PhotometricRound : public TermRound, public ceres::EvaluationCallback {
  public:
@@ -83,7 +83,7 @@ class PhotometricRound : public TermRound, public ceres::EvaluationCallback {
   FrozenWindows windows_;
   bool frozen_ = false;  // windows_ is made
   const RoundParameters* parameters_ = nullptr;
-  PatchBlocks* patches_ = nullptr;  // owned by the round's energy
+  FacetBlocks* blocks_ = nullptr;  // owned by the round's energy
 
   std::vector<Eigen::Vector3d> positions_;  // last evaluated
   bool have_energy_ = false;

@@ -158,16 +158,17 @@ bool StencilBlocks::Evaluate(int k, const TangentDirections* directions, double*
   return true;
 }
 
-std::vector<std::unique_ptr<ceres::CostFunction>> StencilBlocks::MakeCostFunctions() const {
-  std::vector<std::unique_ptr<ceres::CostFunction>> costs;
-  costs.reserve(size());
+CostFunctions StencilBlocks::MakeCostFunctions() const {
+  CostFunctions made;
+  made.parameters = parameters_;
+  made.costs.reserve(size());
   for (int k = 0; k < size(); ++k) {
-    costs.push_back(std::make_unique<StencilCost>(
+    made.costs.push_back(std::make_unique<StencilCost>(
         std::vector<double>(coefficients_.begin() + parameters_.start[k],
                             coefficients_.begin() + parameters_.start[k + 1]),
         1.0, offsets_.empty() ? Eigen::Vector3d(0, 0, 0) : Eigen::Vector3d(-offsets_[k])));
   }
-  return costs;
+  return made;
 }
 
 }  // namespace burin

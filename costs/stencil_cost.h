@@ -61,7 +61,7 @@ class StencilBlocks : public EnergyBlocks {
 
   bool Evaluate(int k, const TangentDirections* directions, double* energy, double* gradient,
                 double* curvature) const override;
-  std::vector<std::unique_ptr<ceres::CostFunction>> MakeCostFunctions() const override;
+  CostFunctions MakeCostFunctions() const override;
 
  private:
   Eigen::Vector3d Sum(int k, const std::vector<Eigen::Vector3d>& positions) const;

@@ -5,13 +5,12 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <memory>
-#include <numeric>
 #include <vector>
 
 #include "core/refine/round.h"
 #include "core/support/parallel.h"
 #include "costs/grey_units.h"
-#include "costs/patch_blocks.h"
+#include "costs/patch_system.h"
 #include "costs/photometric_energy.h"
 #include "costs/spline_image.h"
 #include "costs/step_band.h"
@@ -341,16 +340,14 @@ TEST_P(PhotometricMasks, CurvatureMajorisesTheGaussNewtonMatrixOfAutodiff) {
   const double value = energy->Evaluate(mesh.vertices, true);
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(kUnknowns);
   Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(kUnknowns, kUnknowns);
-  std::vector<int> vertices(kUnknowns);
-  std::iota(vertices.begin(), vertices.end(), 0);
-  const PatchBlocks patches(energy.get(), vertices);
+  PatchSystem system;
   for (int v = 0; v < kUnknowns; ++v) {
-    const PatchSystem system = patches.System(v);
-    const int* blocks = patches.parameters().Begin(v);
-    for (int k = 0; k < patches.parameters().Degree(v); ++k) {
+    system.Make(*energy, v);
+    const std::vector<int>& blocks = system.vertices;
+    for (size_t k = 0; k < blocks.size(); ++k) {
       gradient[blocks[k]] += system.gradient[k];
-      for (int l = 0; l < patches.parameters().Degree(v); ++l) {
-        curvature(blocks[k], blocks[l]) += system.curvature(k, l);
+      for (size_t l = 0; l < blocks.size(); ++l) {
+        curvature(blocks[k], blocks[l]) += system.curvature[k * blocks.size() + l];
       }
     }
   }

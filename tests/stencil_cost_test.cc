@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 #include <numeric>
+#include <vector>
 
 #include "tests/test_scene.h"
 
@@ -116,7 +118,7 @@ TEST(StencilBlocks, AreTheCostFunctions) {
   StencilBlocks blocks({{0, 3, 5}, {0, 1, 2, 2, 0}}, {-2, 1, 1, 0.5, -0.5}, &points);
   ASSERT_EQ(blocks.size(), 2);
   blocks.SetRest(1, rest);
-  const auto costs = blocks.MakeCostFunctions();
+  const std::vector<std::unique_ptr<ceres::CostFunction>> costs = blocks.MakeCostFunctions().costs;
   const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   const Eigen::Vector3d line(0.6, 0, 0.8);
   for (int k = 0; k < 2; ++k) {

@@ -20,17 +20,18 @@ CeresProblem::CeresProblem(const RoundEnergy& energy, ceres::EvaluationCallback*
   problem_ = std::make_unique<ceres::Problem>(options);
   std::vector<double*> values;
   for (const RoundEnergy::Part& part : energy.parts()) {
-    std::vector<std::unique_ptr<ceres::CostFunction>> costs = part.blocks->MakeCostFunctions();
+    CostFunctions made = part.blocks->MakeCostFunctions();
     std::vector<ceres::ResidualBlockId> ids;
-    ids.reserve(costs.size());
-    for (int k = 0; k < part.blocks->size(); ++k) {
+    ids.reserve(made.costs.size());
+    for (size_t k = 0; k < made.costs.size(); ++k) {
       values.clear();
-      const Adjacency& parameters = part.blocks->parameters();
-      for (const int* p = parameters.Begin(k); p != parameters.End(k); ++p) {
+      const auto block = static_cast<int>(k);
+      for (const int* p = made.parameters.Begin(block); p != made.parameters.End(block); ++p) {
         values.push_back(energy.Values(*p));
       }
-      ids.push_back(problem_->AddResidualBlock(costs[k].get(), part.blocks->Loss(k), values));
-      costs_.push_back(std::move(costs[k]));
+      ceres::LossFunction* loss = made.losses.empty() ? nullptr : made.losses[k];
+      ids.push_back(problem_->AddResidualBlock(made.costs[k].get(), loss, values));
+      costs_.push_back(std::move(made.costs[k]));
     }
     blocks_.emplace_back(part.term, std::move(ids));
   }

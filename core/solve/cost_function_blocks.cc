@@ -126,10 +126,11 @@ bool CostFunctionBlocks::Evaluate(int k, const TangentDirections* directions, do
   return true;
 }
 
-std::vector<std::unique_ptr<ceres::CostFunction>> CostFunctionBlocks::MakeCostFunctions() const {
-  std::vector<std::unique_ptr<ceres::CostFunction>> made;
-  made.reserve(costs_.size());
-  for (const auto& cost : costs_) made.push_back(std::make_unique<Borrowed>(cost.get()));
+CostFunctions CostFunctionBlocks::MakeCostFunctions() const {
+  CostFunctions made;
+  made.parameters = parameters_;
+  for (const auto& cost : costs_) made.costs.push_back(std::make_unique<Borrowed>(cost.get()));
+  for (const auto& loss : losses_) made.losses.push_back(loss.get());
   return made;
 }
 

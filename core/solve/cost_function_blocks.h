@@ -20,8 +20,7 @@ class CostFunctionBlocks : public EnergyBlocks {
   // With residuals r, their Jacobian J in the unknowns and s = |r|^2: 1/2 rho(s), rho'(s) J^T r, rho'(s) J^T J.
   bool Evaluate(int k, const TangentDirections* directions, double* energy, double* gradient,
                 double* curvature) const override;
-  std::vector<std::unique_ptr<ceres::CostFunction>> MakeCostFunctions() const override;
-  ceres::LossFunction* Loss(int k) const override { return losses_[k].get(); }
+  CostFunctions MakeCostFunctions() const override;
 
  private:
   const RoundEnergy* energy_;

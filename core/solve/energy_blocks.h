@@ -4,7 +4,7 @@
 //
 // A term knows of every block its energy, gradient and curvature. burin's own normal equations
 // (core/solve/normal_equations.h) add these up as they are. For Ceres' minimisers, which want residuals r with
-// E_k = 1/2 |r|^2 and their Jacobian, a term makes cost functions of the same blocks, when one of them is taken.
+// E = 1/2 |r|^2 and their Jacobian, a term makes cost functions of it, when one of them is taken.
 // A term that has only cost functions of Ceres hands those in (RoundEnergy::Add).
 #pragma once
 
@@ -25,6 +25,13 @@ struct TangentDirections {
   int columns;
 };
 
+// A part of the energy for Ceres. `losses`: of each, null = none; empty when none has one. Whoever made this owns them.
+struct CostFunctions {
+  std::vector<std::unique_ptr<ceres::CostFunction>> costs;
+  Adjacency parameters;  // of each, by their numbers in the RoundEnergy
+  std::vector<ceres::LossFunction*> losses;
+};
+
 class EnergyBlocks {
  public:
   virtual ~EnergyBlocks() = default;
@@ -35,6 +42,9 @@ class EnergyBlocks {
   // Of every block its parameter blocks, by their numbers in the RoundEnergy; none twice.
   const Adjacency& parameters() const { return parameters_; }
 
+  // Called on one thread before blocks are evaluated at new values; `curvature`: it will be asked for.
+  virtual void Prepare(bool curvature) { (void)curvature; }
+
   // E_k at the current values of the parameters, and where they are not null its gradient (m entries) and
   // the upper triangle of its curvature (m x m, row-major; what is below the diagonal is left as it is), a
   // positive semi-definite matrix. m is the sum of all columns. From any number of threads. False when
@@ -42,11 +52,9 @@ class EnergyBlocks {
   virtual bool Evaluate(int k, const TangentDirections* directions, double* energy,
                         double* gradient, double* curvature) const = 0;
 
-  // One for every block, with its parameter blocks in their order. This outlives them.
-  virtual std::vector<std::unique_ptr<ceres::CostFunction>> MakeCostFunctions() const = 0;
-
-  // Of block k for Ceres; null = none. This owns it.
-  virtual ceres::LossFunction* Loss(int /*k*/) const { return nullptr; }
+  // Cost functions with the same sum, gradient and curvature: of these blocks or, where another cut suits residuals
+  // better, of others. This outlives them.
+  virtual CostFunctions MakeCostFunctions() const = 0;
 
  protected:
   explicit EnergyBlocks(Adjacency parameters) : parameters_(std::move(parameters)) {}

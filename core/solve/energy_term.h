@@ -61,7 +61,7 @@ class TermRound {
   TermRound& operator=(const TermRound&) = delete;
 
   // Adds the term's blocks of the energy; of any kind of parameter. Called at most once. A term that knows energy,
-  // gradient and curvature of a patch adds EnergyBlocks, as costs/patch_blocks.h are; one that has residuals, cost
+  // gradient and curvature of small parts of it adds EnergyBlocks, as costs/facet_blocks.h are; one that has residuals, cost
   // functions of Ceres.
   virtual void AddBlocks(RoundEnergy* energy) = 0;
 

@@ -42,6 +42,9 @@ bool NormalEquations::Run(Wanted wanted, double* cost, Eigen::VectorXd* gradient
       }
     });
   }
+  for (const RoundEnergy::Part& part : energy_.parts()) {
+    part.blocks->Prepare(wanted == Wanted::kMatrix);
+  }
   if (wanted == Wanted::kMatrix) std::fill(matrix_.value.begin(), matrix_.value.end(), 0.0);
   for (size_t b = 0; b < batches_.size() && good; ++b) {
     const Batch& batch = batches_[b];

@@ -118,6 +118,7 @@ double RoundEnergy::EnergyOf(const std::string& term) const {
   std::vector<double> energies;
   for (const Part& part : parts_) {
     if (part.term != term) continue;
+    part.blocks->Prepare(/*curvature=*/false);
     energies.assign(part.blocks->size(), 0);
     ParallelFor(part.blocks->size(), kBlockGrain, [&](int begin, int end) {
       for (int k = begin; k < end; ++k) {
