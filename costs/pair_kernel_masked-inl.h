@@ -34,7 +34,9 @@ template <class D>
 HWY_INLINE hn::Mask<D> LanesOf(D d, uint32_t bits) {
   const hn::RebindToSigned<D> di;
   using TI = hn::TFromD<decltype(di)>;
-  alignas(64) static constexpr TI kLaneBit[8] = {1, 2, 4, 8, 16, 32, 64, 128};
+  alignas(64) static constexpr TI kLaneBit[16] = {
+      1,      2,      4,       8,       16,      32,      64,      128,
+      1 << 8, 1 << 9, 1 << 10, 1 << 11, 1 << 12, 1 << 13, 1 << 14, 1 << 15};
   return hn::RebindMask(d, hn::TestBit(hn::Set(di, static_cast<TI>(bits)), hn::Load(di, kLaneBit)));
 }
 

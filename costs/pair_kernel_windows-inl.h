@@ -167,7 +167,7 @@ class WindowColumns {
                                  hn::Add(hn::Load(d, row_[3] + x), hn::Load(d, row_[4] + x)));
       return hn::Add(outer, hn::Load(d, row_[2] + x));
     }
-    alignas(64) T sums[8];
+    alignas(64) T sums[16];
     for (size_t k = 0; k < hn::Lanes(d); ++k) sums[k] = static_cast<T>(running_[x + k]);
     return hn::Load(d, sums);
   }
