@@ -13,6 +13,7 @@
 #include <string>
 
 #include "core/mesh/mesh_io.h"
+#include "core/mesh/mesh_order.h"
 #include "core/mesh/subdivide.h"
 #include "core/refine/round.h"
 #include "core/scene/formats/colmap.h"
@@ -52,6 +53,7 @@ Frozen& TheFrozen() {
     std::vector<Camera> cameras;
     for (const LevelView& view : made->views) cameras.push_back(view.camera);
     SplitLargeFaces(&made->mesh, cameras, SubdivisionOptions());
+    made->mesh = Ordered(made->mesh, OrderAlongCurve(made->mesh));
     made->context =
         FreezeRound(made->views, made->pairs, made->mesh, Motion::kNormal, 3, &made->domains);
     PhotometricOptions masked;

@@ -1,5 +1,7 @@
 #include "core/visibility/facet_map.h"
 
+#include <glog/logging.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -13,8 +15,9 @@ namespace burin {
 namespace {
 
 constexpr int kVertexGrain = 4096;
-constexpr int kBands = 16;           // of rows, drawn side by side
-constexpr double kBoundsPx = 1e-6;   // more than projected corners are off by
+constexpr size_t kMaxFacets = size_t{1} << 29;  // whose codes are ints
+constexpr int kBands = 16;                      // of rows, drawn side by side
+constexpr double kBoundsPx = 1e-6;              // more than projected corners are off by
 constexpr int kWideFacet = 8;        // columns from which on a row's ends are worth computing
 constexpr double kRowEndsPx = 1e-3;  // what they may be off by
 
@@ -130,7 +133,8 @@ class FacetDrawing {
         const auto rounded = static_cast<float>(inverse);
         if (!(rounded > nearest_row[column]) || inverse >= nearer_than_seen) continue;
         nearest_row[column] = rounded;
-        map_row[column] = f;
+        const int corner = u0 >= u1 ? (u0 >= u2 ? 0 : 2) : (u1 >= u2 ? 1 : 2);
+        map_row[column] = FacetCorner{f, corner}.Code();
       }
     }
   }
@@ -169,18 +173,24 @@ class FacetDrawing {
 
 }  // namespace
 
-cv::Mat1i FacetMap(const TriangleMesh& mesh, const Camera& camera, cv::Mat1f* inverse_depths) {
-  cv::Mat1i map(camera.height, camera.width, -1);
-  cv::Mat1f nearest(camera.height, camera.width, 0.0F);
+CornerMap::CornerMap(const TriangleMesh& mesh, const Camera& camera)
+    : codes(camera.height, camera.width, -1), inverse_depth(camera.height, camera.width, 0.0F) {
+  CHECK_LT(mesh.faces.size(), kMaxFacets);
   const FacetDrawing drawing(mesh, camera);
   const int rows = (camera.height + kBands - 1) / kBands;
   ParallelFor(kBands, 1, [&](int begin, int end) {
     for (int band = begin; band < end; ++band) {
       drawing.Draw(std::min(band * rows, camera.height), std::min((band + 1) * rows, camera.height),
-                   &map, &nearest);
+                   &codes, &inverse_depth);
     }
   });
-  if (inverse_depths != nullptr) *inverse_depths = nearest;
+}
+
+cv::Mat1i FacetMap(const TriangleMesh& mesh, const Camera& camera) {
+  cv::Mat1i map = CornerMap(mesh, camera).codes;
+  for (int& code : map) {
+    if (code >= 0) code = FacetCorner::Of(code).facet;
+  }
   return map;
 }
 
