@@ -1,10 +1,13 @@
 // Which facet each pixel sees: drawn with a depth buffer, without rays.
 #pragma once
 
+#include <cstdint>
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "core/mesh/mesh.h"
 #include "core/scene/camera.h"
+#include "core/visibility/facet_rows.h"
 
 namespace burin {
 
@@ -31,8 +34,13 @@ struct FacetCorner {
 // 2^29 facets.
 struct CornerMap {
   CornerMap(const TriangleMesh& mesh, const Camera& camera);
-  cv::Mat1i codes;
-  cv::Mat1f inverse_depth;
+  int CodeAt(int x, int y) const { return CodeOf(pixels[y * stride + x]); }
+  float InverseDepthAt(int x, int y) const { return InverseDepthOf(pixels[y * stride + x]); }
+
+  int width;
+  int height;
+  size_t stride;                // of a row
+  std::vector<int64_t> pixels;  // a depth buffer (core/visibility/facet_rows.h)
 };
 
 }  // namespace burin

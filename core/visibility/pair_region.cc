@@ -22,6 +22,9 @@ constexpr double kNearest =
 // Of a point in view j.
 enum Place : uint8_t { kOutside = 0, kInside = 1, kBetweenCentres = 2 };
 
+// Without a branch.
+int Both(int a, int b) { return a & b; }
+
 // Surface points of view i, field by field, for loops without branches.
 struct Batch {
   int count = 0;
@@ -121,25 +124,26 @@ class PairRegion {
       const double qy = m10 * batch->x[n] + m11 * batch->y[n] + m12 + inverse * e1;
       const double qz = m20 * batch->x[n] + m21 * batch->y[n] + m22 + inverse * e2;
       const double scale = 1 / qz;
-      batch->x_j[n] = qx * scale - 0.5;
-      batch->y_j[n] = qy * scale - 0.5;
+      batch->x_j[n] = qx * scale;
+      batch->y_j[n] = qy * scale;
       batch->inverse_j[n] = inverse * scale;
     }
-    const double low = border_px_ - 0.5;
-    const double high_x = second_.camera.width - 0.5 - border_px_;
-    const double high_y = second_.camera.height - 0.5 - border_px_;
-    const double last_column = second_.camera.width - 1;
-    const double last_row = second_.camera.height - 1;
+    const double high_x = second_.camera.width - border_px_;
+    const double high_y = second_.camera.height - border_px_;
+    const double last_x = second_.camera.width - 0.5;
+    const double last_y = second_.camera.height - 0.5;
     const int stride = second_.facet_map.cols;
     for (int n = 0; n < count; ++n) {
       const double x = batch->x_j[n];
       const double y = batch->y_j[n];
-      const bool before = (batch->inverse[n] > 0) & (batch->inverse_j[n] > 0);
-      const bool inside = before & (x >= low) & (y >= low) & (x <= high_x) & (y <= high_y);
-      const bool between = inside & (x >= 0) & (y >= 0) & (x < last_column) & (y < last_row);
+      const int inside =
+          Both(Both(batch->inverse[n] > 0, batch->inverse_j[n] > 0),
+               Both(Both(x >= border_px_, y >= border_px_), Both(x <= high_x, y <= high_y)));
+      const int between =
+          Both(Both(inside, Both(x >= 0.5, y >= 0.5)), Both(x < last_x, y < last_y));
       batch->place[n] = static_cast<uint8_t>(inside + between);
-      const int column = static_cast<int>(between ? x : 0.0);
-      const int row = static_cast<int>(between ? y : 0.0);
+      const int column = static_cast<int>(between != 0 ? x - 0.5 : 0.0);
+      const int row = static_cast<int>(between != 0 ? y - 0.5 : 0.0);
       batch->block[n] = row * stride + column;
     }
   }
@@ -149,8 +153,8 @@ class PairRegion {
     const int last_row = second_.camera.height - 1;
     for (int n = 0; n < batch->count; ++n) {
       if (batch->place[n] == kOutside) continue;
-      const int column = std::clamp(static_cast<int>(batch->x_j[n] + 0.5), 0, last_column);
-      const int row = std::clamp(static_cast<int>(batch->y_j[n] + 0.5), 0, last_row);
+      const int column = std::clamp(static_cast<int>(batch->x_j[n]), 0, last_column);
+      const int row = std::clamp(static_cast<int>(batch->y_j[n]), 0, last_row);
       if (second_.mask.at<uint8_t>(row, column) == 0) batch->place[n] = kOutside;
     }
   }
@@ -172,13 +176,14 @@ class PairRegion {
       const int block = batch->block[n];
       const int* above = map + block;
       const int* below = above + stride;
-      const bool around =
-          (above[0] == facet) | (above[1] == facet) | (below[0] == facet) | (below[1] == facet);
-      const bool seen = around & (connected[block] != 0) & (batch->place[n] == kBetweenCentres);
-      bytes_[batch->pixel[n]] |= static_cast<uint8_t>(seen ? bit_ : 0);
-      sum += seen ? 1 : 0;
+      const int around = static_cast<int>(above[0] == facet) | static_cast<int>(above[1] == facet) |
+                         static_cast<int>(below[0] == facet) | static_cast<int>(below[1] == facet);
+      const int place = batch->place[n];
+      const int seen = around & connected[block] & static_cast<int>(place == kBetweenCentres);
+      bytes_[batch->pixel[n]] |= static_cast<uint8_t>(seen * bit_);
+      sum += seen;
       batch->open[open] = n;
-      open += !seen & (batch->place[n] != kOutside) ? 1 : 0;
+      open += static_cast<int>(place != kOutside) - seen;
     }
     *count += sum;
     return open;

@@ -10,8 +10,11 @@ void ViewDomain::ListPixels(const TriangleMesh& mesh, const Camera& camera, cons
   width = camera.width;
   height = camera.height;
   std::vector<char> seen(mesh.faces.size(), 0);
-  for (const int code : map.codes) {
-    if (code >= 0) seen[FacetCorner::Of(code).facet] = 1;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const int code = map.CodeAt(x, y);
+      if (code >= 0) seen[FacetCorner::Of(code).facet] = 1;
+    }
   }
   const Eigen::Vector3d center = camera.Center();
   std::vector<int> slot(mesh.faces.size(), kBehind);
@@ -27,22 +30,24 @@ void ViewDomain::ListPixels(const TriangleMesh& mesh, const Camera& camera, cons
     return slot[f] == kBehind ? kBehind : 3 * slot[f] + corner;
   };
   start.assign(3 * facet.size() + 2, 0);
-  for (const int code : map.codes) {
-    if (code < 0) continue;
-    const int at = place(code);
-    if (at != kBehind) ++start[at + 2];
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const int code = map.CodeAt(x, y);
+      const int at = code < 0 ? kBehind : place(code);
+      if (at != kBehind) ++start[at + 2];
+    }
   }
   for (size_t c = 1; c < start.size(); ++c) start[c] += start[c - 1];
   pixel.resize(start.back());
   behind->clear();
   for (int y = 0; y < height; ++y) {
-    const int* codes = map.codes[y];
     for (int x = 0; x < width; ++x) {
-      if (codes[x] < 0) continue;
+      const int code = map.CodeAt(x, y);
+      if (code < 0) continue;
       const auto p = static_cast<uint32_t>(y) * static_cast<uint32_t>(width) + x;
-      const int at = place(codes[x]);
+      const int at = place(code);
       if (at == kBehind) {
-        behind->push_back({p, map.inverse_depth(y, x)});
+        behind->push_back({p, map.InverseDepthAt(x, y)});
       } else {
         pixel[start[at + 1]++] = p;  // ends where the next one's begin
       }
