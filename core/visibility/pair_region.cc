@@ -13,8 +13,7 @@ namespace {
 
 constexpr int kRowGrain = 16;
 constexpr int kFacetGrain = 512;
-constexpr int kBatch = 1024;  // points, which stay in the first-level cache
-constexpr int kAhead = 24;    // points for which the maps are fetched
+constexpr int kBatch = 256;  // points, which stay in the first-level cache
 constexpr double kHiddenPx = 8;
 constexpr double kNearest =
     0.1;  // of a point's depth: what hides it for certain, where the focal length is some pixels
@@ -104,6 +103,9 @@ class PairRegion {
     batch->ray_points.clear();
     batch->ray_facets.clear();
     batch->ray_pixels.clear();
+    for (int n = 0; n < open; ++n) {
+      __builtin_prefetch(second_.inverse_depth[0] + batch->block[batch->open[n]]);
+    }
     for (int n = 0; n < open; ++n) count += LookAround(batch->open[n], batch) ? 1 : 0;
     count += CastRays(batch);
     batch->count = 0;
@@ -128,6 +130,8 @@ class PairRegion {
       batch->y_j[n] = qy * scale;
       batch->inverse_j[n] = inverse * scale;
     }
+    const int* map = second_.facet_map[0];
+    const uint8_t* connected = second_.connected[0];
     const double high_x = second_.camera.width - border_px_;
     const double high_y = second_.camera.height - border_px_;
     const double last_x = second_.camera.width - 0.5;
@@ -144,7 +148,11 @@ class PairRegion {
       batch->place[n] = static_cast<uint8_t>(inside + between);
       const int column = static_cast<int>(between != 0 ? x - 0.5 : 0.0);
       const int row = static_cast<int>(between != 0 ? y - 0.5 : 0.0);
-      batch->block[n] = row * stride + column;
+      const int block = row * stride + column;
+      batch->block[n] = block;
+      __builtin_prefetch(map + block);
+      __builtin_prefetch(map + block + stride);
+      __builtin_prefetch(connected + block);
     }
   }
 
@@ -168,10 +176,6 @@ class PairRegion {
     int open = 0;
     int sum = 0;
     for (int n = 0; n < batch->count; ++n) {
-      const int ahead = batch->block[std::min(n + kAhead, kBatch - 1)];
-      __builtin_prefetch(map + ahead);
-      __builtin_prefetch(map + ahead + stride);
-      __builtin_prefetch(connected + ahead);
       const int facet = batch->facet[n];
       const int block = batch->block[n];
       const int* above = map + block;
