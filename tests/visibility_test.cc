@@ -116,6 +116,77 @@ TEST(Visibility, FacetsSeenFromBehindAreNoPartOfTheDomain) {
   EXPECT_TRUE(domains[0].pixel.empty());
 }
 
+TEST(Visibility, PixelsAreListedByTheirNearestCorner) {
+  const TriangleMesh mesh = test::OccluderMesh();
+  const std::vector<Camera> cameras = CamerasOf(test::RandomViews(96, 80));
+  const auto domains = RayCaster(mesh).Cast(cameras, {{0, 1}}, 0);
+  const ViewDomain& domain = domains[0];
+  const ViewRays rays(cameras[0]);
+  ASSERT_GT(domain.facet.size(), 100U);
+  EXPECT_EQ(domain.start.size(), 3 * domain.facet.size() + 1);
+  for (size_t k = 0; k < domain.facet.size(); ++k) {
+    const Eigen::Matrix3d pencil =
+        MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], rays).coefficients;
+    for (int c = 0; c < 3; ++c) {
+      for (const ImagePixel pixel : domain.PixelsOf(k, c)) {
+        const Eigen::Vector3d u = pencil * Eigen::Vector3d(pixel.x(), pixel.y(), 1);
+        EXPECT_GE(u[c], u.maxCoeff() - 1e-9);
+      }
+    }
+  }
+}
+
+TEST(Visibility, FacetsSeenFromBehindHide) {
+  // The lid of ShadowOfALidHasItsArea, turned over: the same shadow falls on the wall, and the lid itself is seen by none.
+  TriangleMesh mesh;
+  test::AppendGrid(&mesh, 40, 0, 0, 2.0, [](double, double) { return 0.0; });
+  const size_t wall = mesh.faces.size();
+  test::AppendGrid(&mesh, 2, 0, 0, 0.2, [](double, double) { return 1.0; });
+  for (size_t f = wall; f < mesh.faces.size(); ++f) std::swap(mesh.faces[f][1], mesh.faces[f][2]);
+  const Camera above = test::LookAt({0, 0, 5}, {0, 0, 0}, 400, 400, 800);
+  const Camera aside = test::LookAt({1, 0, 5}, {1, 0, 0}, 800, 800, 800);
+  const auto domains = RayCaster(mesh).Cast({above, aside}, {{0, 1}}, 0);
+  const double lid = 0.5 * 0.5 * 160 * 160;
+  const double hidden = 0.25 * 0.5 * 160 * 160;
+  EXPECT_NEAR(400 * 400 - static_cast<double>(domains[0].pixel.size()), lid, 0.03 * lid);
+  EXPECT_NEAR(400 * 400 - static_cast<double>(domains[0].pair_pixels[0]), lid + hidden,
+              0.03 * (lid + hidden));
+}
+
+TEST(Visibility, ImagesOfOnePixelOrRow) {
+  TriangleMesh mesh;
+  test::AppendGrid(&mesh, 4, 0, 0, 1, [](double, double) { return 0.0; });
+  const Camera camera = test::LookAt({0, 0, 5}, {0, 0, 0}, 64, 64, 64);
+  for (const auto& [width, height] : {std::pair(1, 1), std::pair(1, 9), std::pair(9, 1)}) {
+    const Camera small = camera.Resized(width, height);
+    const auto domains = RayCaster(mesh).Cast({camera, small}, {{0, 1}, {1, 0}}, 0);
+    EXPECT_EQ(domains[1].pair_pixels[0], static_cast<int64_t>(domains[1].pixel.size()));
+    EXPECT_EQ(domains[0].pair_pixels[0], static_cast<int64_t>(domains[0].pixel.size()));
+  }
+}
+
+// A pair's set of pixels is the same whether it is refined with or held back, and views that are the second one only keep
+// no pixels.
+TEST(Visibility, OtherPairsHaveTheirOwnRegions) {
+  const TriangleMesh mesh = test::OccluderMesh();
+  const std::vector<Camera> cameras = CamerasOf(test::RandomViews(96, 80));
+  const RayCaster caster(mesh);
+  const auto both = caster.Cast(cameras, {{0, 1}, {0, 2}, {1, 0}}, 0);
+  std::vector<ViewPartners> others;
+  const auto split = caster.Cast(cameras, {{0, 1}}, 0, {}, {{0, 2}, {1, 0}}, &others);
+  ASSERT_EQ(others.size(), cameras.size());
+  EXPECT_EQ(others[0].seconds, std::vector<int>{2});
+  EXPECT_EQ(split[0].pair_pixels[0], both[0].pair_pixels[0]);
+  EXPECT_EQ(others[0].pair_pixels[0], both[0].pair_pixels[1]);
+  EXPECT_EQ(others[1].pair_pixels[0], both[1].pair_pixels[0]);
+  EXPECT_EQ(split[1].pixel, both[1].pixel);
+  EXPECT_TRUE(split[2].pixel.empty());
+  for (const uint32_t p : split[0].pixel) {
+    EXPECT_EQ(split[0].second_visible.Test(0, p), both[0].second_visible.Test(0, p));
+    EXPECT_EQ(others[0].second_visible.Test(0, p), both[0].second_visible.Test(1, p));
+  }
+}
+
 // Facets whose plane goes through a camera's centre, to rounding, on its lines of pixel centres: rays meet
 // some of them and their planes say nothing. Points there were not a number, which passed every comparison
 // and became an index, or a ray.

@@ -1,22 +1,27 @@
 #include "core/visibility/facet_map.h"
 
+#include <glog/logging.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
 
 #include "core/support/parallel.h"
+#include "core/visibility/facet_rows.h"
 
 namespace burin {
 namespace {
 
 constexpr int kVertexGrain = 4096;
-constexpr int kBands = 16;           // of rows, drawn side by side
-constexpr double kBoundsPx = 1e-6;   // more than projected corners are off by
-constexpr int kWideFacet = 8;        // columns from which on a row's ends are worth computing
-constexpr double kRowEndsPx = 1e-3;  // what they may be off by
+constexpr size_t kMaxFacets = size_t{1} << 29;  // whose codes are ints
+constexpr int kRowGrain = 64;
+constexpr int kBands = 8;           // of rows, drawn side by side
+constexpr double kBoundsPx = 1e-6;  // more than projected corners are off by
+// Of an edge whose pixels are of the other facet, and of one whose are of this.
+constexpr double kSign[2] = {-1, 1};
+constexpr double kLeast[2] = {std::numeric_limits<double>::denorm_min(), 0};
 
 // Pixels that may be on a facet; none when empty.
 struct Bounds {
@@ -49,12 +54,12 @@ class FacetDrawing {
   }
 
   // Rows [begin, end).
-  void Draw(int begin, int end, cv::Mat1i* map, cv::Mat1f* nearest) const {
+  void Draw(int begin, int end, CornerMap* map) const {
     for (size_t f = 0; f < bounds_.size(); ++f) {
       const Bounds& bounds = bounds_[f];
       if (bounds.first_row >= end || bounds.end_row <= begin) continue;
       DrawFacet(static_cast<int>(f), std::max(bounds.first_row, begin),
-                std::min(bounds.end_row, end), map, nearest);
+                std::min(bounds.end_row, end), map);
     }
   }
 
@@ -88,77 +93,36 @@ class FacetDrawing {
     return bounds;
   }
 
-  void DrawFacet(int f, int begin, int end, cv::Mat1i* map, cv::Mat1f* nearest) const {
+  void DrawFacet(int f, int begin, int end, CornerMap* map) const {
     const Eigen::Vector3i& face = mesh_.faces[f];
-    // By corner: |det| u_k is `edge` . (x, y, 1). From the corner of lower index to the other and then turned, so that the two
-    // facets of an edge compute the same number.
-    std::array<Eigen::Vector3d, 3> edge;
-    std::array<bool, 3> has_edge;  // pixels where it is zero are of this facet
     const double det = corners_[face[0]].dot(corners_[face[1]].cross(corners_[face[2]]));
     if (!std::isfinite(det) || det == 0) return;
+    FacetRows rows;
+    // By corner: |det| u_k is `edge` . (x, y, 1). From the corner of lower index to the other and then turned, so that the two
+    // facets of an edge compute the same number.
+    Eigen::Vector3d sum(0, 0, 0);
     for (int k = 0; k < 3; ++k) {
       const int a = face[(k + 1) % 3];
       const int b = face[(k + 2) % 3];
-      const Eigen::Vector3d canonical = corners_[std::min(a, b)].cross(corners_[std::max(a, b)]);
-      has_edge[k] = (a < b) == (det > 0);
-      edge[k] = has_edge[k] ? canonical : -canonical;
+      const bool has_edge = (a < b) == (det > 0);  // pixels where it is zero are of this facet
+      const Eigen::Vector3d edge =
+          kSign[has_edge ? 1 : 0] * corners_[std::min(a, b)].cross(corners_[std::max(a, b)]);
+      rows.edge_x[k] = edge.x();
+      rows.edge_y[k] = edge.y();
+      rows.edge_1[k] = edge.z();
+      rows.least[k] = kLeast[has_edge ? 1 : 0];
+      sum += edge;
     }
-    const Eigen::Vector3d depth = (edge[0] + edge[1] + edge[2]) / std::abs(det);  // its inverse
-    const double nearer_than_seen =
+    const Eigen::Vector3d depth = sum / std::abs(det);  // its inverse
+    for (int k = 0; k < 3; ++k) rows.depth[k] = depth[k];
+    rows.too_near =
         camera_.near_depth > 0 ? 1 / camera_.near_depth : std::numeric_limits<double>::infinity();
-    const Bounds& bounds = bounds_[f];
-    for (int row = begin; row < end; ++row) {
-      const double y = row + 0.5;
-      std::array<double, 3> at;
-      for (int k = 0; k < 3; ++k) at[k] = edge[k].y() * y + edge[k].z();
-      int first = bounds.first_column;
-      int last = bounds.end_column;
-      if (last - first > kWideFacet) RowEnds(edge, at, &first, &last);
-      const double depth_at = depth.y() * y + depth.z();
-      float* nearest_row = (*nearest)[row];
-      int* map_row = (*map)[row];
-      for (int column = first; column < last; ++column) {
-        const double x = column + 0.5;
-        const double u0 = edge[0].x() * x + at[0];
-        const double u1 = edge[1].x() * x + at[1];
-        const double u2 = edge[2].x() * x + at[2];
-        if (u0 < 0 || u1 < 0 || u2 < 0) continue;
-        if ((u0 == 0 && !has_edge[0]) || (u1 == 0 && !has_edge[1]) || (u2 == 0 && !has_edge[2])) {
-          continue;
-        }
-        const double inverse = depth.x() * x + depth_at;
-        const auto rounded = static_cast<float>(inverse);
-        if (!(rounded > nearest_row[column]) || inverse >= nearer_than_seen) continue;
-        nearest_row[column] = rounded;
-        map_row[column] = f;
-      }
-    }
-  }
-
-  // Narrows [first, end) to columns that no edge rules out.
-  static void RowEnds(const std::array<Eigen::Vector3d, 3>& edge, const std::array<double, 3>& at,
-                      int* first, int* end) {
-    double low = *first;
-    double high = *end;
-    for (int k = 0; k < 3; ++k) {
-      const double slope = edge[k].x();
-      if (slope == 0) {
-        if (at[k] < 0) high = low;
-        continue;
-      }
-      const double zero = -at[k] / slope - 0.5;
-      if (slope > 0) {
-        low = std::max(low, std::floor(zero - kRowEndsPx));
-      } else {
-        high = std::min(high, std::ceil(zero + kRowEndsPx) + 1);
-      }
-    }
-    if (!(high > low)) {
-      *end = *first;
-      return;
-    }
-    *first = static_cast<int>(low);
-    *end = static_cast<int>(high);
+    rows.first_column = bounds_[f].first_column;
+    rows.end_column = bounds_[f].end_column;
+    rows.first_row = begin;
+    rows.end_row = end;
+    rows.code = FacetCorner{f, 0}.Code();
+    DrawFacetRows(rows, map->pixels.data(), map->stride);
   }
 
   const TriangleMesh& mesh_;
@@ -169,18 +133,32 @@ class FacetDrawing {
 
 }  // namespace
 
-cv::Mat1i FacetMap(const TriangleMesh& mesh, const Camera& camera, cv::Mat1f* inverse_depths) {
-  cv::Mat1i map(camera.height, camera.width, -1);
-  cv::Mat1f nearest(camera.height, camera.width, 0.0F);
+CornerMap::CornerMap(const TriangleMesh& mesh, const Camera& camera)
+    : width(camera.width),
+      height(camera.height),
+      stride(static_cast<size_t>(camera.width) + kRowPadding),
+      pixels(stride * camera.height, 0) {
+  CHECK_LT(mesh.faces.size(), kMaxFacets);
   const FacetDrawing drawing(mesh, camera);
-  const int rows = (camera.height + kBands - 1) / kBands;
+  const int rows = (height + kBands - 1) / kBands;
   ParallelFor(kBands, 1, [&](int begin, int end) {
     for (int band = begin; band < end; ++band) {
-      drawing.Draw(std::min(band * rows, camera.height), std::min((band + 1) * rows, camera.height),
-                   &map, &nearest);
+      drawing.Draw(std::min(band * rows, height), std::min((band + 1) * rows, height), this);
     }
   });
-  if (inverse_depths != nullptr) *inverse_depths = nearest;
+}
+
+cv::Mat1i FacetMap(const TriangleMesh& mesh, const Camera& camera) {
+  const CornerMap corners(mesh, camera);
+  cv::Mat1i map(camera.height, camera.width);
+  ParallelFor(camera.height, kRowGrain, [&](int begin, int end) {
+    for (int y = begin; y < end; ++y) {
+      for (int x = 0; x < camera.width; ++x) {
+        const int code = corners.CodeAt(x, y);
+        map(y, x) = code < 0 ? -1 : FacetCorner::Of(code).facet;
+      }
+    }
+  });
   return map;
 }
 

@@ -1,10 +1,13 @@
 // Which facet each pixel sees: drawn with a depth buffer, without rays.
 #pragma once
 
+#include <cstdint>
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "core/mesh/mesh.h"
 #include "core/scene/camera.h"
+#include "core/visibility/facet_rows.h"
 
 namespace burin {
 
@@ -17,8 +20,27 @@ namespace burin {
 // clipping. Of facets that meet at an edge exactly one has a centre on it where both are seen from the same side. Of
 // facets at the same depth (single precision of 1/t) the first one is seen. Facets that are not finite, or edge-on, are
 // not seen.
-// `inverse_depths`, when given, gets 1/t of what is seen there; 0 for none.
-cv::Mat1i FacetMap(const TriangleMesh& mesh, const Camera& camera,
-                   cv::Mat1f* inverse_depths = nullptr);
+cv::Mat1i FacetMap(const TriangleMesh& mesh, const Camera& camera);
+
+// A facet and the one of its corners with the largest u_k at a pixel (of equal ones the first), as a number.
+struct FacetCorner {
+  int facet;
+  int corner;
+  static FacetCorner Of(int code) { return {code / 4, code % 4}; }
+  int Code() const { return 4 * facet + corner; }
+};
+
+// FacetCorner codes of what FacetMap() shows, -1 for none, and 1/t of it, 0 for none. CHECKs that the mesh has less than
+// 2^29 facets.
+struct CornerMap {
+  CornerMap(const TriangleMesh& mesh, const Camera& camera);
+  int CodeAt(int x, int y) const { return CodeOf(pixels[y * stride + x]); }
+  float InverseDepthAt(int x, int y) const { return InverseDepthOf(pixels[y * stride + x]); }
+
+  int width;
+  int height;
+  size_t stride;                // of a row
+  std::vector<int64_t> pixels;  // a depth buffer (core/visibility/facet_rows.h)
+};
 
 }  // namespace burin

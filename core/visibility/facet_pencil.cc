@@ -36,6 +36,17 @@ FacetPencil MakeFacetPencil(const std::vector<Eigen::Vector3d>& vertices,
   return pencil;
 }
 
+InverseDepthPlane MakeInverseDepth(const std::vector<Eigen::Vector3d>& vertices,
+                                   const Eigen::Vector3i& face, const ViewRays& view) {
+  const Eigen::Vector3d a = vertices[face[0]] - view.center;
+  const Eigen::Vector3d u = vertices[face[1]] - vertices[face[0]];
+  const Eigen::Vector3d v = vertices[face[2]] - vertices[face[0]];
+  const Eigen::Vector3d normal = u.cross(v);
+  const double scale = 1 / normal.dot(a);
+  const Eigen::Vector3d plane = scale * (view.ray_from_pixel.transpose() * normal);
+  return {plane[0], plane[1], plane[2]};
+}
+
 bool FacesCenter(const std::vector<Eigen::Vector3d>& vertices, const Eigen::Vector3i& face,
                  const Eigen::Vector3d& center) {
   const Eigen::Vector3d a = vertices[face[0]] - center;

@@ -50,6 +50,10 @@ struct ViewRays {
 FacetPencil MakeFacetPencil(const std::vector<Eigen::Vector3d>& vertices,
                             const Eigen::Vector3i& face, const ViewRays& view);
 
+// The pencil's InverseDepth() alone.
+InverseDepthPlane MakeInverseDepth(const std::vector<Eigen::Vector3d>& vertices,
+                                   const Eigen::Vector3i& face, const ViewRays& view);
+
 // `center` is on the outer side of the facet and sees its plane at more than rounding: false for facets
 // edge-on, of no area, or not finite.
 bool FacesCenter(const std::vector<Eigen::Vector3d>& vertices, const Eigen::Vector3i& face,

@@ -32,6 +32,8 @@ class PartnerBits {
     uint8_t& byte = Byte(partner, pixel);
     byte = static_cast<uint8_t>(byte & ~Bit(partner));
   }
+  // One a pixel, in which the bit of Of(partner) is the partner's.
+  uint8_t* MutableBytes(size_t partner) { return bytes_.data() + partner / 8 * pixels_; }
   PartnerPixels Of(size_t partner) const {
     return {bytes_.data() + partner / 8 * pixels_, Bit(partner)};
   }

@@ -1,52 +1,59 @@
 #include "core/visibility/view_domain.h"
 
-#include <limits>
-
 #include "core/visibility/facet_pencil.h"
 
 namespace burin {
 
-void ViewDomain::ListPixels(const TriangleMesh& mesh, const Camera& camera,
-                            const cv::Mat1i& facet_map) {
+void ViewDomain::ListPixels(const TriangleMesh& mesh, const Camera& camera, const CornerMap& map,
+                            std::vector<PixelDepth>* behind) {
+  constexpr int kBehind = -1;
   width = camera.width;
   height = camera.height;
-  std::vector<int> slot(mesh.faces.size(), -1);
+  std::vector<char> seen(mesh.faces.size(), 0);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      if (facet_map(y, x) >= 0) slot[facet_map(y, x)] = 0;
+      const int code = map.CodeAt(x, y);
+      if (code >= 0) seen[FacetCorner::Of(code).facet] = 1;
     }
   }
+  const Eigen::Vector3d center = camera.Center();
+  std::vector<int> slot(mesh.faces.size(), kBehind);
   facet.clear();
-  for (size_t f = 0; f < slot.size(); ++f) {
-    if (slot[f] < 0) continue;
+  for (size_t f = 0; f < seen.size(); ++f) {
+    if (seen[f] == 0 || !FacesCenter(mesh.vertices, mesh.faces[f], center)) continue;
     slot[f] = static_cast<int>(facet.size());
     facet.push_back(static_cast<int>(f));
   }
-  std::vector<Eigen::Matrix3d> pencils(facet.size());
-  const ViewRays rays(camera);
-  for (size_t k = 0; k < pencils.size(); ++k) {
-    pencils[k] = MakeFacetPencil(mesh.vertices, mesh.faces[facet[k]], rays).coefficients;
-  }
   // Counting sort of the pixels by facet corner keeps them in ascending order within each.
-  constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
-  std::vector<uint32_t> corner_of(static_cast<size_t>(width) * height, kNone);
-  start.assign(3 * facet.size() + 1, 0);
+  const auto place = [&](int code) {
+    const auto [f, corner] = FacetCorner::Of(code);
+    return slot[f] == kBehind ? kBehind : 3 * slot[f] + corner;
+  };
+  start.assign(3 * facet.size() + 2, 0);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      if (facet_map(y, x) < 0) continue;
-      const int k = slot[facet_map(y, x)];
-      const Eigen::Vector3d u = pencils[k] * Eigen::Vector3d(x + 0.5, y + 0.5, 1);
-      const int corner = u[0] >= u[1] ? (u[0] >= u[2] ? 0 : 2) : (u[1] >= u[2] ? 1 : 2);
-      corner_of[static_cast<size_t>(y) * width + x] = static_cast<uint32_t>(3 * k + corner);
-      ++start[3 * k + corner + 1];
+      const int code = map.CodeAt(x, y);
+      const int at = code < 0 ? kBehind : place(code);
+      if (at != kBehind) ++start[at + 2];
     }
   }
   for (size_t c = 1; c < start.size(); ++c) start[c] += start[c - 1];
   pixel.resize(start.back());
-  std::vector<uint32_t> next(start.begin(), start.end() - 1);
-  for (size_t p = 0; p < corner_of.size(); ++p) {
-    if (corner_of[p] != kNone) pixel[next[corner_of[p]]++] = static_cast<uint32_t>(p);
+  behind->clear();
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const int code = map.CodeAt(x, y);
+      if (code < 0) continue;
+      const auto p = static_cast<uint32_t>(y) * static_cast<uint32_t>(width) + x;
+      const int at = place(code);
+      if (at == kBehind) {
+        behind->push_back({p, map.InverseDepthAt(x, y)});
+      } else {
+        pixel[start[at + 1]++] = p;  // ends where the next one's begin
+      }
+    }
   }
+  start.pop_back();
 }
 
 }  // namespace burin

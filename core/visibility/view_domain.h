@@ -3,11 +3,11 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <opencv2/core.hpp>
 #include <vector>
 
 #include "core/mesh/mesh.h"
 #include "core/scene/camera.h"
+#include "core/visibility/facet_map.h"
 #include "core/visibility/partner_bits.h"
 
 namespace burin {
@@ -57,6 +57,12 @@ class PixelRange {
   const uint32_t* end_;
 };
 
+// A pixel's row-major index and the inverse depth of what it sees.
+struct PixelDepth {
+  uint32_t pixel;
+  float inverse_depth;
+};
+
 // The regions Omega_ij of a reference view i.
 struct ViewPartners {
   std::vector<int> seconds;          // views j, in the order of the bits below
@@ -82,8 +88,10 @@ struct ViewDomain : ViewPartners {
     return {pixel.data() + start[3 * k + c], pixel.data() + start[3 * k + c + 1], width};
   }
 
-  // Fills width, height and the lists from the facet that each pixel of the camera sees, -1 for none.
-  void ListPixels(const TriangleMesh& mesh, const Camera& camera, const cv::Mat1i& facet_map);
+  // Fills width, height and the lists with the facets that the camera sees from the front (FacesCenter). The pixels
+  // that see one from behind go to `behind`.
+  void ListPixels(const TriangleMesh& mesh, const Camera& camera, const CornerMap& map,
+                  std::vector<PixelDepth>* behind);
 };
 
 // Of ViewDomain or ViewPartners, which must outlive the result.
