@@ -98,7 +98,7 @@ bool FacetBlocks::Evaluate(int k, const TangentDirections* directions, double* e
                            double* gradient, double* curvature) const {
   const RoundContext& context = round_->context();
   const int* vertices = parameters_.Begin(k);
-  const CornerSums* corners = &round_->corner_sums()[3 * static_cast<size_t>(facet_[k])];
+  const size_t first = 3 * static_cast<size_t>(facet_[k]);
   const Eigen::Vector3d& normal = round_->facet_normals()[facet_[k]];
   double share = 0;
   double slope[3] = {0, 0, 0};
@@ -107,7 +107,7 @@ bool FacetBlocks::Evaluate(int k, const TangentDirections* directions, double* e
   double finite = 0;
   for (int c = 0; c < 3; ++c) {
     if (context.seen[vertices[c]] == 0) continue;
-    const CornerSums& sums = corners[c];
+    const CornerSums sums = round_->corner_sums()[first + c];
     share += sums.share;
     for (int l = 0; l < 3; ++l) slope[l] += sums.slope[l];
     if (curvature == nullptr) {

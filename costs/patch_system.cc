@@ -71,7 +71,7 @@ void PatchSystem::Make(const PhotometricRound& round, int vertex) {
   for (const int* f = context.faces.Begin(vertex); f != context.faces.End(vertex); ++f) {
     const Eigen::Vector3i& face = context.mesh->faces[*f];
     const int own = face[0] == vertex ? 0 : (face[1] == vertex ? 1 : 2);
-    const CornerSums& sums = round.corner_sums()[3 * static_cast<size_t>(*f) + own];
+    const CornerSums sums = round.corner_sums()[3 * static_cast<size_t>(*f) + own];
     const Eigen::Vector3d& normal = round.facet_normals()[*f];
     cost += sums.share;
     size_t local[3];

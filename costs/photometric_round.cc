@@ -43,8 +43,10 @@ void PhotometricRound::MarkSupported(const std::vector<Eigen::Vector3d>& vertice
   Evaluate(vertices, /*derivatives=*/true);
   for (size_t f = 0; f < context_.mesh->faces.size(); ++f) {
     // Every tap has a share of its window's cost (costs/patch_cost.h), 1 - z > 0.
-    const CornerSums* corners = &output_.sums[3 * f];
-    if (corners[0].cost + corners[1].cost + corners[2].cost <= 0) continue;
+    if (output_.sums.Cost(3 * f) + output_.sums.Cost(3 * f + 1) + output_.sums.Cost(3 * f + 2) <=
+        0) {
+      continue;
+    }
     for (const int v : context_.mesh->faces[f]) (*supported)[v] = 1;
   }
 }
@@ -59,10 +61,10 @@ void PhotometricRound::EvaluateSample(const PairSample& sample, bool squares_onl
                                       bool derivatives) {
   output_.windows = 0;
   const size_t face_count = context_.mesh->faces.size();
-  output_.sums.resize(3 * face_count);
+  output_.sums.Resize(3 * face_count, options_.double_precision);
   normals_.resize(face_count);
   ParallelFor(static_cast<int>(face_count), kFacetGrain, [&](int begin, int end) {
-    std::fill(output_.sums.begin() + 3L * begin, output_.sums.begin() + 3L * end, CornerSums());
+    output_.sums.Clear(3 * static_cast<size_t>(begin), 3 * static_cast<size_t>(end));
     for (int f = begin; f < end; ++f) {
       const Eigen::Vector3i& face = context_.mesh->faces[f];
       normals_[f] = (positions_[face[1]] - positions_[face[0]])
@@ -88,7 +90,7 @@ double PhotometricRound::Evaluate(const std::vector<Eigen::Vector3d>& vertices, 
   EvaluateSample(windows_.used, /*squares_only=*/false, derivatives);
   energy_ = ChunkedSum(static_cast<int>(output_.sums.size()), [&](int begin, int end) {
     double part = 0;
-    for (int k = begin; k < end; ++k) part += output_.sums[k].cost;
+    for (int k = begin; k < end; ++k) part += output_.sums.Cost(k);
     return part;
   });
   have_energy_ = true;

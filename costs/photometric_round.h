@@ -59,7 +59,7 @@ class PhotometricRound : public TermRound, public ceres::EvaluationCallback {
   double Evaluate(const std::vector<Eigen::Vector3d>& vertices, bool derivatives);
 
   // Sums of corner c of facet f at 3 f + c, as of the last Evaluate() with derivatives.
-  const std::vector<CornerSums>& corner_sums() const { return output_.sums; }
+  const CornerSumsList& corner_sums() const { return output_.sums; }
   // Area normals of the facets at the last evaluated positions.
   const std::vector<Eigen::Vector3d>& facet_normals() const { return normals_; }
   const RoundContext& context() const { return context_; }

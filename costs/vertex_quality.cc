@@ -42,7 +42,7 @@ VertexQuality MeasureVertexQuality(const TriangleMesh& mesh, PhotometricRound* r
   const std::vector<FacetScore> scores =
       round->FacetScores(mesh.vertices, PhotometricRound::Windows::kUsed, /*derivatives=*/true);
   const std::vector<Eigen::Vector3d> normals = VertexNormals(mesh, context.faces);
-  const std::vector<CornerSums>& sums = round->corner_sums();
+  const CornerSumsList& sums = round->corner_sums();
   const std::vector<Eigen::Vector3d>& facet_normals = round->facet_normals();
 
   const auto count = static_cast<int>(mesh.vertices.size());

@@ -105,8 +105,7 @@ class ViewEvaluationIn : public ViewEvaluation {
         if (output->scores != nullptr) {
           ScoreFacet(domain, k, frozen.squares_only, &(*output->scores)[domain.facet[k]]);
         }
-        GatherFacet(domain, k, derivatives,
-                    &output->sums[3 * static_cast<size_t>(domain.facet[k])]);
+        GatherFacet(domain, k, derivatives, &output->sums);
       }
     });
   }
@@ -151,23 +150,27 @@ class ViewEvaluationIn : public ViewEvaluation {
     }
   }
 
-  void Prefetch(const ViewDomain& domain, int k, const std::vector<CornerSums>& sums) const {
+  void Prefetch(const ViewDomain& domain, int k, const CornerSumsList& sums) const {
     const uint32_t* const last = domain.pixel.data() + domain.start[3 * static_cast<size_t>(k) + 3];
     const uint32_t* pixel = domain.pixel.data() + domain.start[3 * static_cast<size_t>(k)];
     for (; pixel != last; ++pixel) __builtin_prefetch(fields_.Of(*pixel));
-    const CornerSums* corners = &sums[3 * static_cast<size_t>(domain.facet[k])];
-    for (int corner = 0; corner < 3; ++corner) __builtin_prefetch(corners + corner, 1);
+    const size_t first = 3 * static_cast<size_t>(domain.facet[k]);
+    for (size_t corner = 0; corner < 3; ++corner) sums.Prefetch(first + corner);
   }
 
   // Adds the pixels of a facet to the sums of its three corners.
-  void GatherFacet(const ViewDomain& domain, int k, bool derivatives, CornerSums* totals) const {
+  void GatherFacet(const ViewDomain& domain, int k, bool derivatives,
+                   CornerSumsList* totals) const {
+    const size_t first = 3 * static_cast<size_t>(domain.facet[k]);
+    CornerSums of_corner;
     if (!derivatives) {
       for (int corner = 0; corner < 3; ++corner) {
         T cost = 0;  // as below
         for (const ImagePixel pixel : domain.PixelsOf(k, corner)) {
           cost += *fields_.Of(pixel.index);
         }
-        totals[corner].cost += cost;
+        of_corner.cost = cost;
+        totals->Add(first + corner, of_corner);
       }
       return;
     }
@@ -199,16 +202,16 @@ class ViewEvaluationIn : public ViewEvaluation {
         squares += weighted * at;
         products += weighted * (at_origin[1] + along_x[1] * dx + along_y[1] * dy);
       }
-      CornerSums& total = totals[corner];
-      total.cost += sums[PixelFields<T>::kCost];
-      total.share += sums[PixelFields<T>::kShare];
-      for (int c = 0; c < 3; ++c) total.slope[c] += slope[c];
-      total.curvature[0] += squares[0];
-      total.curvature[1] += products[0];
-      total.curvature[2] += products[2];
-      total.curvature[3] += squares[1];
-      total.curvature[4] += products[1];
-      total.curvature[5] += squares[2];
+      of_corner.cost = sums[PixelFields<T>::kCost];
+      of_corner.share = sums[PixelFields<T>::kShare];
+      for (int c = 0; c < 3; ++c) of_corner.slope[c] = slope[c];
+      of_corner.curvature[0] = squares[0];
+      of_corner.curvature[1] = products[0];
+      of_corner.curvature[2] = products[2];
+      of_corner.curvature[3] = squares[1];
+      of_corner.curvature[4] = products[1];
+      of_corner.curvature[5] = squares[2];
+      totals->Add(first + corner, of_corner);
     }
   }
 

@@ -8,25 +8,11 @@
 #include <vector>
 
 #include "core/solve/energy_term.h"
+#include "costs/corner_sums.h"
 #include "costs/frozen_windows.h"
 #include "costs/photometric_options.h"
 
 namespace burin {
-
-// Sums over the pixels of one corner of one facet (costs/photometric_energy.h).
-struct CornerSums {
-  double cost = 0;  // of the windows centred there
-  double share =
-      0;  // of the cost of all windows that have a tap there: a window gives each tap cost / n
-  double slope[3] = {0, 0, 0};
-  double curvature[6] = {0, 0, 0, 0, 0, 0};  // (0,0) (0,1) (0,2) (1,1) (1,2) (2,2)
-
-  // Where (k, l) and (l, k) are in `curvature`.
-  static constexpr int Packed(int k, int l) {
-    constexpr int kPacked[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
-    return kPacked[k][l];
-  }
-};
 
 // Sums over the windows centred in one facet, of all pairs.
 struct FacetScore {
@@ -44,7 +30,7 @@ class ViewEvaluation {
     bool squares_only = false;           // scores of the windows of HeldBackSquares alone
   };
   struct Output {
-    std::vector<CornerSums> sums;               // of corner c of facet f at 3 f + c
+    CornerSumsList sums;                        // of corner c of facet f at 3 f + c
     std::vector<FacetScore>* scores = nullptr;  // per facet; null = not wanted
     int64_t windows = 0;                        // that counted
   };

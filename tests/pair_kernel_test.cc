@@ -94,7 +94,8 @@ TEST(PairKernel, SeveralTilesAreAsOne) {
     EXPECT_EQ(round.energy->WindowCount(), windows) << window;
     EXPECT_NEAR(energy, expected, 2e-5 * expected) << window;
     double shares = 0;
-    for (const CornerSums& corner : round.energy->corner_sums()) shares += corner.share;
+    const CornerSumsList& sums = round.energy->corner_sums();
+    for (size_t c = 0; c < sums.size(); ++c) shares += sums[c].share;
     EXPECT_NEAR(shares, energy, 1e-9 * energy) << window;
   }
 }
@@ -140,8 +141,8 @@ TEST(PairKernel, SingleAgreesWithDoubleForEverySizeOfWindow) {
     double error[2] = {0, 0};
     double norm[2] = {0, 0};
     for (size_t c = 0; c < exact.energy->corner_sums().size(); ++c) {
-      const CornerSums& a = fast.energy->corner_sums()[c];
-      const CornerSums& b = exact.energy->corner_sums()[c];
+      const CornerSums a = fast.energy->corner_sums()[c];
+      const CornerSums b = exact.energy->corner_sums()[c];
       error[0] += std::pow(a.slope[0] - b.slope[0], 2);
       norm[0] += std::pow(b.slope[0], 2);
       error[1] += std::pow(a.curvature[3] - b.curvature[3], 2);
@@ -170,7 +171,8 @@ TEST(PairKernel, EveryInstructionSetGivesTheSame) {
     const Round round(Options(5, MaskMode::kPlane, false));
     const double energy = round.energy->Evaluate(round.mesh.vertices, true);
     double sum = 0;
-    for (const CornerSums& corner : round.energy->corner_sums()) sum += std::abs(corner.slope[1]);
+    const CornerSumsList& sums = round.energy->corner_sums();
+    for (size_t c = 0; c < sums.size(); ++c) sum += std::abs(sums[c].slope[1]);
     if (targets++ == 0) {
       first = energy;
       slope_sum = sum;

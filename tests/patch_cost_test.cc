@@ -78,7 +78,7 @@ struct Round {
     std::vector<Eigen::Vector3d> gradient(mesh.vertices.size(), Eigen::Vector3d::Zero());
     for (size_t f = 0; f < mesh.faces.size(); ++f) {
       for (int c = 0; c < 3; ++c) {
-        const CornerSums& sums = photometric->corner_sums()[3 * f + c];
+        const CornerSums sums = photometric->corner_sums()[3 * f + c];
         for (int k = 0; k < 3; ++k) {
           gradient[mesh.faces[f][k]] += sums.slope[k] * photometric->facet_normals()[f];
         }
@@ -97,7 +97,7 @@ struct Round {
       for (const int* f = context.faces.Begin(v); f != context.faces.End(v); ++f) {
         for (int c = 0; c < 3; ++c) {
           if (mesh.faces[*f][c] != v) continue;
-          const CornerSums& sums = photometric->corner_sums()[3 * static_cast<size_t>(*f) + c];
+          const CornerSums sums = photometric->corner_sums()[3 * static_cast<size_t>(*f) + c];
           cost += sums.cost;
           for (const double s : sums.slope) slope += std::abs(s);
         }

@@ -42,7 +42,7 @@ struct Fixture {
     std::vector<Eigen::Vector3d> g(mesh.vertices.size(), Eigen::Vector3d::Zero());
     for (size_t f = 0; f < mesh.faces.size(); ++f) {
       for (int c = 0; c < 3; ++c) {
-        const CornerSums& sums = energy->corner_sums()[3 * f + c];
+        const CornerSums sums = energy->corner_sums()[3 * f + c];
         for (int k = 0; k < 3; ++k) {
           g[mesh.faces[f][k]] += sums.slope[k] * energy->facet_normals()[f];
         }

@@ -45,7 +45,7 @@ struct Costs {
   // --- a facet of the mesh
   double facet_mesh = 2 * sizeof(Eigen::Vector3i);  // the mesh and the input it came from
   // and the facet's normal, and its scores at a level's start and end
-  double facet_sums = 3 * sizeof(CornerSums) + sizeof(Eigen::Vector3d) + 2 * sizeof(FacetScore);
+  double facet_sums = 3 * 44 + sizeof(Eigen::Vector3d) + 2 * sizeof(FacetScore);
 
   // --- a vertex of the mesh
   // positions: mesh, solver's, last evaluated, input; RoundContext: normal, boundary and supported,

@@ -31,7 +31,19 @@ NormalEquations::NormalEquations(const RoundEnergy& energy, ceres::EvaluationCal
 
 void NormalEquations::MakeUnknowns() {
   moving_of_.assign(energy_.ParameterCount(), -1);
-  for (const int parameter : energy_.Moving()) {
+  const std::vector<int> moving = energy_.Moving();
+  blocks_.reserve(moving.size());
+  first_plus_.reserve(moving.size());
+  int plus_size = 0;
+  for (const int parameter : moving) {
+    first_plus_.push_back(plus_size);
+    plus_size += energy_.Size(parameter) * energy_.TangentSize(parameter);
+    unknowns_ += energy_.TangentSize(parameter);
+  }
+  plus_jacobians_.assign(plus_size, 0.0);
+  block_of_unknown_.reserve(unknowns_);
+  unknowns_ = 0;
+  for (const int parameter : moving) {
     MovingBlock block;
     block.parameter = parameter;
     block.values = energy_.Values(parameter);
@@ -40,11 +52,8 @@ void NormalEquations::MakeUnknowns() {
     block.tangent_size = energy_.TangentSize(parameter);
     block.first_unknown = unknowns_;
     block.first_value = state_size_;
-    first_plus_.push_back(static_cast<int>(plus_jacobians_.size()));
-    plus_jacobians_.resize(
-        plus_jacobians_.size() + static_cast<size_t>(block.size) * block.tangent_size, 0.0);
     for (int c = 0; c < block.size && block.manifold == nullptr; ++c) {  // stays the identity
-      plus_jacobians_[first_plus_.back() + c * (block.size + 1)] = 1;
+      plus_jacobians_[first_plus_[blocks_.size()] + c * (block.size + 1)] = 1;
     }
     unknowns_ += block.tangent_size;
     state_size_ += block.size;
@@ -57,6 +66,9 @@ void NormalEquations::MakeUnknowns() {
 void NormalEquations::MakeBatches() {
   int largest = 0;
   int first = 0;
+  size_t count = 0;
+  for (const RoundEnergy::Part& part : energy_.parts()) count += part.blocks->size();
+  places_.reserve(count);
   for (const RoundEnergy::Part& part : energy_.parts()) {
     const Adjacency& parameters = part.blocks->parameters();
     parts_.push_back({first, static_cast<int>(batches_.size())});
