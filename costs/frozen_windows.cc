@@ -78,17 +78,24 @@ FrozenWindows FreezeWindows(const RoundContext& context, const PhotometricOption
   std::vector<std::vector<uint8_t>> near_steps(domains.size());
   std::vector<Camera> cameras;
   for (size_t i = 0; i < domains.size(); ++i) {
-    const ViewDomain& domain = domains[i];
     cameras.push_back((*context.views)[i].camera);
-    windows.reference_pixels += static_cast<int64_t>(domain.pixel.size());
-    if (domain.pixel.empty() || mode == MaskMode::kNone) continue;
-    const DepthPlanes planes = MakeDepthPlanes(domain, *context.mesh, cameras[i]);
+    windows.reference_pixels += static_cast<int64_t>(domains[i].pixel.size());
+  }
+  const auto freeze = [&](int i) {
+    const ViewDomain& domain = domains[i];
+    if (domain.pixel.empty() || mode == MaskMode::kNone) return;
+    const DepthPlanes planes = MakeDepthPlanes(domain, *context.mesh, cameras[i],
+                                               /*ray_lengths=*/mode != MaskMode::kPlane);
     windows.masks[i] =
         MakeWindowMasks(planes, options.window / 2, mode, options.mask.plane_px, min_taps);
-    if (!band) continue;
+    if (!band) return;
     near_steps[i] = NearSteps(planes, OpenBorderPixels(domain, *context.mesh, context.boundary),
                               options.mask.plane_px, options.mask.band_px);
-  }
+  };
+  // Views at the same time: a part of each runs on one thread.
+  ParallelFor(static_cast<int>(domains.size()), 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) freeze(i);
+  });
   if (band) {
     for (PairSample* sample : {&windows.used, &windows.held_back}) {
       if (sample->partners.empty()) continue;

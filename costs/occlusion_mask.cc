@@ -71,6 +71,29 @@ void FlagRow(const DepthPlanes& planes, int y, int radius, float limit, std::vec
   }
 }
 
+// WindowMask() of MaskMode::kPlane as bits, which begin as zeros. False where every tap with a surface is kept.
+bool PlaneBits(const DepthPlanes& planes, int x, int y, int radius, float limit, uint64_t* bits) {
+  const size_t at = static_cast<size_t>(y) * planes.width + x;
+  const float centre = planes.inverse_depth[at];
+  const float slope_x = planes.slope_x[at];
+  const float slope_y = planes.slope_y[at];
+  bool some_off = false;
+  int bit = 0;
+  for (int dy = -radius; dy <= radius; ++dy) {
+    for (int dx = -radius; dx <= radius; ++dx, ++bit) {
+      if (x + dx < 0 || x + dx >= planes.width || y + dy < 0 || y + dy >= planes.height) continue;
+      const float tap = planes.inverse_depth[static_cast<size_t>(y + dy) * planes.width + x + dx];
+      if (tap == 0) continue;
+      const float predicted =
+          centre + static_cast<float>(dx) * slope_x + static_cast<float>(dy) * slope_y;
+      const bool on_plane = OnPlane(tap, predicted, centre, limit);
+      bits[bit / 64] |= uint64_t{on_plane} << (bit % 64);
+      some_off = some_off || !on_plane;
+    }
+  }
+  return some_off;
+}
+
 // Fills masks->thin.
 void FlagThin(const DepthPlanes& planes, int min_taps, WindowMasks* masks) {
   const int radius = masks->radius;
@@ -131,7 +154,7 @@ void MaskOptions::Describe(OptionSet* set) {
 }
 
 DepthPlanes MakeDepthPlanes(const ViewDomain& domain, const TriangleMesh& mesh,
-                            const Camera& camera) {
+                            const Camera& camera, bool ray_lengths) {
   DepthPlanes planes;
   planes.width = domain.width;
   planes.height = domain.height;
@@ -141,16 +164,17 @@ DepthPlanes MakeDepthPlanes(const ViewDomain& domain, const TriangleMesh& mesh,
   planes.inverse_depth.assign(pixels, 0);
   planes.slope_x.assign(pixels, 0);
   planes.slope_y.assign(pixels, 0);
-  planes.ray_length.assign(pixels, 0);
+  if (ray_lengths) planes.ray_length.assign(pixels, 0);
   ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       const InverseDepthPlane plane =
-          MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], rays).InverseDepth();
+          MakeInverseDepth(mesh.vertices, mesh.faces[domain.facet[k]], rays);
       for (const ImagePixel pixel : domain.PixelsOf(k)) {
         const uint32_t p = pixel.index;
         planes.inverse_depth[p] = static_cast<float>(plane.At(pixel.x(), pixel.y()));
         planes.slope_x[p] = static_cast<float>(plane.slope_x);
         planes.slope_y[p] = static_cast<float>(plane.slope_y);
+        if (!ray_lengths) continue;
         planes.ray_length[p] = static_cast<float>(camera.Ray(pixel.x(), pixel.y()).norm());
       }
     }
@@ -227,8 +251,14 @@ WindowMasks MakeWindowMasks(const DepthPlanes& planes, int radius, MaskMode mode
       for (int x = 0; x < planes.width; ++x) {
         if (planes.inverse_depth[row + x] == 0) continue;
         if (mode != MaskMode::kPaperStrict && flags[x] == 0) continue;
-        const std::vector<char> mask = WindowMask(planes, x, y, radius, mode, plane_px);
         std::fill(bits.begin(), bits.end(), 0);
+        if (mode == MaskMode::kPlane) {
+          if (!PlaneBits(planes, x, y, radius, limit, bits.data())) continue;
+          rows[y].column.push_back(x);
+          rows[y].bits.insert(rows[y].bits.end(), bits.begin(), bits.end());
+          continue;
+        }
+        const std::vector<char> mask = WindowMask(planes, x, y, radius, mode, plane_px);
         bool full = true;
         for (int k = 0; k < side * side; ++k) {
           if (mask[k] != 0) {

@@ -70,11 +70,12 @@ struct DepthPlanes {
   std::vector<float> inverse_depth;  // row-major; 0 = no surface
   std::vector<float> slope_x;
   std::vector<float> slope_y;
-  std::vector<float> ray_length;  // distance = ray_length / inverse_depth
+  std::vector<float> ray_length;  // distance = ray_length / inverse_depth; for the paper's rules
 };
 
+// Without `ray_lengths` that field stays empty.
 DepthPlanes MakeDepthPlanes(const ViewDomain& domain, const TriangleMesh& mesh,
-                            const Camera& camera);
+                            const Camera& camera, bool ray_lengths = true);
 
 // Masks of the windows of one view that do not keep all their taps; all others are full. Those of
 // row y are entries row_start[y] .. row_start[y + 1] - 1, ascending in column.

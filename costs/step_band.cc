@@ -1,8 +1,9 @@
 #include "costs/step_band.h"
 
+#include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <limits>
 #include <opencv2/imgproc.hpp>
 
 #include "core/support/parallel.h"
@@ -32,30 +33,82 @@ bool IsStep(const DepthPlanes& planes, const std::vector<uint8_t>& open_border, 
   return OffPlane(planes, a, b, dx, dy, limit) && OffPlane(planes, b, a, -dx, -dy, limit);
 }
 
-// Takes the pixels near a step out of `bits`, view i's.
-void RemoveNearSteps(const ViewDomain& domain, const ViewPartners& partners, int i,
-                     const std::vector<Camera>& cameras, const TriangleMesh& mesh,
-                     const std::vector<std::vector<uint8_t>>& near_steps, PartnerBits* bits) {
-  const ViewRays rays(cameras[i]);
+// Which squares of kSquare pixels of a view have a pixel near a step.
+class StepSquares {
+ public:
+  StepSquares(const std::vector<uint8_t>& near, int width, int height)
+      : columns_(SquareOf(width - 1) + 1), rows_(SquareOf(height - 1) + 1) {
+    occupied_.assign(static_cast<size_t>(columns_) * rows_, 0);
+    for (int y = 0; y < height; ++y) {
+      uint8_t* row = &occupied_[static_cast<size_t>(SquareOf(y)) * columns_];
+      const uint8_t* pixels = near.data() + static_cast<size_t>(y) * width;
+      for (int x = 0; x < width; ++x) row[SquareOf(x)] |= pixels[x];
+    }
+  }
+  // Some pixel that a point between these, clamped to the image, falls into may be near a step.
+  bool Near(const Eigen::Array2f& low, const Eigen::Array2f& high) const {
+    const int x0 = std::clamp(Floor(low.x()), 0, columns_ - 1);
+    const int x1 = std::clamp(Floor(high.x()), 0, columns_ - 1);
+    const int y0 = std::clamp(Floor(low.y()), 0, rows_ - 1);
+    const int y1 = std::clamp(Floor(high.y()), 0, rows_ - 1);
+    for (int y = y0; y <= y1; ++y) {
+      for (int x = x0; x <= x1; ++x) {
+        if (occupied_[static_cast<size_t>(y) * columns_ + x] != 0) return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  static constexpr int kSquare = 8;
+  static int SquareOf(int pixel) { return pixel / kSquare; }
+  // Of what may be anywhere: far off is far off.
+  static int Floor(float pixel) {
+    return static_cast<int>(std::floor(std::clamp(pixel / kSquare, -1e6F, 1e6F)));
+  }
+  int columns_;
+  int rows_;
+  std::vector<uint8_t> occupied_;
+};
+
+// Where the vertices are in a view; not a number behind it.
+std::vector<Eigen::Array2f> ProjectAll(const TriangleMesh& mesh, const Camera& camera) {
+  std::vector<Eigen::Array2f> projected(mesh.vertices.size());
+  ParallelFor(static_cast<int>(projected.size()), kFacetGrain, [&](int begin, int end) {
+    for (int v = begin; v < end; ++v) {
+      projected[v].setConstant(std::numeric_limits<float>::quiet_NaN());
+      if (!(camera.Depth(mesh.vertices[v]) > 0)) continue;
+      projected[v] = camera.Project(mesh.vertices[v]).cast<float>().array();
+    }
+  });
+  return projected;
+}
+
+// Takes the pixels near a step out of `bits`, of view i's partner b. Points of a facet are between its vertices, so
+// that most facets need no point.
+void RemoveNearSteps(const ViewDomain& domain, size_t b, const Camera& reference,
+                     const Camera& second, const TriangleMesh& mesh,
+                     const std::vector<Eigen::Array2f>& projected, const StepSquares& squares,
+                     const std::vector<uint8_t>& near, PartnerBits* bits) {
+  constexpr float kRounding = 0.05F;  // pixels, of `projected`
+  const ViewRays rays(reference);
   ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
-      const InverseDepthPlane plane =
-          MakeFacetPencil(mesh.vertices, mesh.faces[domain.facet[k]], rays).InverseDepth();
+      const Eigen::Vector3i& face = mesh.faces[domain.facet[k]];
+      const Eigen::Array2f* const at[3] = {&projected[face[0]], &projected[face[1]],
+                                           &projected[face[2]]};
+      const bool known = std::isfinite(at[0]->sum() + at[1]->sum() + at[2]->sum());
+      if (known && !squares.Near(at[0]->min(*at[1]).min(*at[2]) - kRounding,
+                                 at[0]->max(*at[1]).max(*at[2]) + kRounding)) {
+        continue;
+      }
+      const InverseDepthPlane plane = MakeInverseDepth(mesh.vertices, face, rays);
       for (const ImagePixel pixel : domain.PixelsOf(k)) {
-        if (!near_steps[i].empty() && near_steps[i][pixel.index] != 0) {
-          bits->ClearAll(pixel.index);
-          continue;
-        }
-        const Eigen::Vector3d point = rays.SurfacePoint(pixel.x(), pixel.y(), plane);
-        for (size_t b = 0; b < partners.seconds.size(); ++b) {
-          const int j = partners.seconds[b];
-          if (!bits->Test(b, pixel.index) || near_steps[j].empty()) continue;
-          const Eigen::Vector2d q = cameras[j].Project(point);
-          const int qx = std::clamp(static_cast<int>(q.x()), 0, cameras[j].width - 1);
-          const int qy = std::clamp(static_cast<int>(q.y()), 0, cameras[j].height - 1);
-          if (near_steps[j][static_cast<size_t>(qy) * cameras[j].width + qx] == 0) continue;
-          bits->Clear(b, pixel.index);
-        }
+        if (!bits->Test(b, pixel.index)) continue;
+        const Eigen::Vector2d q = second.Project(rays.SurfacePoint(pixel.x(), pixel.y(), plane));
+        const int qx = std::clamp(static_cast<int>(q.x()), 0, second.width - 1);
+        const int qy = std::clamp(static_cast<int>(q.y()), 0, second.height - 1);
+        if (near[static_cast<size_t>(qy) * second.width + qx] != 0) bits->Clear(b, pixel.index);
       }
     }
   });
@@ -136,9 +189,10 @@ std::vector<uint8_t> NearSteps(const DepthPlanes& planes, const std::vector<uint
   cv::Mat1f distance;
   cv::distanceTransform(step, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
   std::vector<uint8_t> near(planes.inverse_depth.size(), 0);
+  const auto band = static_cast<float>(band_px);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      near[static_cast<size_t>(y) * width + x] = distance(y, x) <= band_px ? 1 : 0;
+      near[static_cast<size_t>(y) * width + x] = distance(y, x) <= band ? 1 : 0;
     }
   }
   return near;
@@ -150,11 +204,26 @@ std::vector<PartnerBits> WithoutSteps(const std::vector<ViewDomain>& domains,
                                       const std::vector<std::vector<uint8_t>>& near_steps,
                                       double evidence) {
   std::vector<PartnerBits> result;
+  result.reserve(domains.size());
   for (size_t i = 0; i < domains.size(); ++i) {
     result.push_back(partners[i]->second_visible);
-    if (partners[i]->seconds.empty()) continue;
-    RemoveNearSteps(domains[i], *partners[i], static_cast<int>(i), cameras, mesh, near_steps,
-                    &result[i]);
+    if (partners[i]->seconds.empty() || near_steps[i].empty()) continue;
+    for (const uint32_t pixel : domains[i].pixel) {
+      if (near_steps[i][pixel] != 0) result[i].ClearAll(pixel);
+    }
+  }
+  for (size_t j = 0; j < domains.size(); ++j) {
+    if (near_steps[j].empty()) continue;
+    const std::vector<Eigen::Array2f> projected = ProjectAll(mesh, cameras[j]);
+    const StepSquares squares(near_steps[j], cameras[j].width, cameras[j].height);
+    for (size_t i = 0; i < domains.size(); ++i) {
+      const std::vector<int>& seconds = partners[i]->seconds;
+      for (size_t b = 0; b < seconds.size(); ++b) {
+        if (seconds[b] != static_cast<int>(j)) continue;
+        RemoveNearSteps(domains[i], b, cameras[i], cameras[j], mesh, projected, squares,
+                        near_steps[j], &result[i]);
+      }
+    }
   }
   const std::vector<char> well = WellSeen(domains, mesh, result, evidence);
   for (size_t i = 0; i < domains.size(); ++i) {
