@@ -2,7 +2,7 @@
 //
 // Every field is a ring of the last 2 radius + 1 rows: enough for the window sums of a row and for
 // the sums over windows of the row 2 radius above it. At 5x5 windows and 512 columns that is about
-// 200 KiB, which stays in the second-level cache; nothing per pair ever reaches memory.
+// 250 KiB, which stays in the second-level cache; nothing per pair ever reaches memory.
 #pragma once
 
 #include <hwy/aligned_allocator.h>
