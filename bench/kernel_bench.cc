@@ -4,8 +4,10 @@
 // pixels_per_s counts the pixels of the tile, all of them in Omega_ij; facets_per_s counts the facets of
 // the pencils.
 #include <benchmark/benchmark.h>
+#include <hwy/highway.h>
 
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "core/support/parallel.h"
@@ -98,7 +100,25 @@ void PairTile(benchmark::State& state) {
 }
 BENCHMARK(PairTile)->ArgName("derivatives")->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 
-// The cost of windows must not grow with their size.
+// The same with each instruction set that the machine has.
+void PairTileWith(benchmark::State& state, int64_t target) {
+  hwy::SetSupportedTargetsForTest(target);
+  hwy::GetChosenTarget().DeInit();
+  TilePair pair;
+  RunTile(state, &pair, true);
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().DeInit();
+}
+const bool kWithEachTarget = [] {
+  for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    benchmark::RegisterBenchmark(("PairTileWith/" + std::string(hwy::TargetName(target))).c_str(),
+                                 [target](benchmark::State& state) { PairTileWith(state, target); })
+        ->Unit(benchmark::kMicrosecond);
+  }
+  return true;
+}();
+
+// The cost of windows must hardly grow with their size.
 void PairTileByWindow(benchmark::State& state) {
   TilePair pair;
   pair.input.radius = static_cast<int>(state.range(0)) / 2;

@@ -9,6 +9,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "costs/pair_kernel_derivatives-inl.h"
 #include "costs/pair_kernel_masked-inl.h"
 #include "costs/pair_kernel_warp-inl.h"
 #include "costs/pair_kernel_windows-inl.h"
@@ -40,21 +41,24 @@ HWY_ATTR int64_t AddCosts(const PairInput<T>& input, const Tile& tile, int y, Ke
   return counted;
 }
 
-template <bool kDerivatives, typename T>
-HWY_ATTR int64_t AddTileRows(const PairInput<T>& input, const Tile& tile, KernelRows<T>* rows,
-                             PixelFields<T>* fields) {
+// kRadius: of the windows where they are common, else 0.
+template <bool kDerivatives, int kRadius, typename T>
+HWY_ATTR int64_t AddRows(const PairInput<T>& input, const Tile& tile, KernelRows<T>* rows,
+                         PixelFields<T>* fields) {
   const int radius = input.radius;
   const int halo = kDerivatives ? 2 * radius : radius;
-  rows->Begin(tile, radius);
+  const bool has_masks = input.masks != nullptr;
+  rows->Begin(tile, radius, has_masks);
   int64_t counted = 0;
   for (int y = tile.y0 - halo; y < tile.y1 + halo; ++y) {
     WarpRow<kDerivatives>(input, y, rows);
-    SumRow(y, rows);
+    SumRow<kRadius>(y, rows);
     const int scored = y - radius;
     if (scored < tile.y0 - (halo - radius) || scored >= tile.y1 + (halo - radius)) continue;
+    if (has_masks) rows->ClearMasked(scored);
     if (rows->Used(scored) != 0) {
-      ScoreRow(input, scored, rows);
-      if (input.masks != nullptr) ScoreMaskedWindows(input, scored, kDerivatives, rows);
+      ScoreRow<kRadius>(input, scored, rows);
+      if (has_masks) ScoreMaskedWindows<kRadius>(input, scored, rows);
       if (scored >= tile.y0 && scored < tile.y1) {
         counted += AddCosts<kDerivatives>(input, tile, scored, rows, fields);
       }
@@ -64,13 +68,28 @@ HWY_ATTR int64_t AddTileRows(const PairInput<T>& input, const Tile& tile, Kernel
       }
     }
     if (!kDerivatives) continue;
-    SumScores(scored, rows);
+    SumScores<kRadius>(scored, rows);
     const int done = scored - radius;
     if (done >= tile.y0 && done < tile.y1 && rows->Used(done) != 0) {
-      DifferentiateRow(input, tile, done, rows, fields);
+      DifferentiateRow<kRadius>(input, tile, done, rows, fields);
     }
   }
   return counted;
+}
+
+template <bool kDerivatives, typename T>
+int64_t AddTileRows(const PairInput<T>& input, const Tile& tile, KernelRows<T>* rows,
+                    PixelFields<T>* fields) {
+  switch (input.radius) {
+    case 1:
+      return AddRows<kDerivatives, 1>(input, tile, rows, fields);
+    case 2:
+      return AddRows<kDerivatives, 2>(input, tile, rows, fields);
+    case 3:
+      return AddRows<kDerivatives, 3>(input, tile, rows, fields);
+    default:
+      return AddRows<kDerivatives, 0>(input, tile, rows, fields);
+  }
 }
 
 // What the dispatch tables point to: no templates there.

@@ -20,13 +20,13 @@
 //   curvature(y) += w(y) D(y)^2.
 //
 // All window sums are separable box sums streamed over rows; nothing per pair is kept. Windows whose
-// mask drops a tap are the exception: they are summed tap by tap, and spread their share of dE/dW tap
-// by tap. Held constant: Omega_ij, the masks, the reference image, the noise constants.
+// mask drops a tap are the exception: they are summed tap by tap, and pixels gather their share of dE/dW
+// from them tap by tap. Held constant: Omega_ij, the masks, the reference image, the noise constants.
 //
 // Follow a pixel: costs/pair_kernel.cc streams the rows of a tile through WarpRow
 // (pair_kernel_warp-inl.h: W and D), SumRow and ScoreRow (pair_kernel_windows-inl.h: window sums, z
-// and its factors), ScoreMaskedWindows (pair_kernel_masked-inl.h) and DifferentiateRow (slope and
-// curvature).
+// and its factors), ScoreMaskedWindows (pair_kernel_masked-inl.h) and DifferentiateRow
+// (pair_kernel_derivatives-inl.h: slope and curvature).
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,6 @@
-// Windows that lost taps to an occlusion mask: summed and spread tap by tap (see costs/pair_kernel.h).
-// A row of taps is one vector for windows up to 8 wide. Included once per target of the SIMD library.
+// Windows that lost taps to an occlusion mask (see costs/pair_kernel.h): a vector of neighbouring windows at
+// a time, tap by tap, each window with the taps that its mask has. Blocks of columns without such windows
+// are passed over. Included once per target of the SIMD library.
 #if defined(BURIN_COSTS_PAIR_KERNEL_MASKED_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef BURIN_COSTS_PAIR_KERNEL_MASKED_INL_H_
 #undef BURIN_COSTS_PAIR_KERNEL_MASKED_INL_H_
@@ -19,180 +20,203 @@ namespace burin {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// The taps of row r of a window that its mask keeps: bit k = tap k from the left.
-inline uint32_t RowBits(const WindowMasks& masks, size_t entry, int side, int r) {
+// Row r of a window's mask: bit k = tap k from the left.
+inline uint32_t RowBits(const uint64_t* words, int side, int r) {
   const int begin = side * r;
-  const uint64_t* words = masks.bits.data() + entry * masks.words + begin / 64;
   const int shift = begin % 64;
-  uint64_t bits = words[0] >> shift;
-  if (shift + side > 64) bits |= words[1] << (64 - shift);
+  uint64_t bits = words[begin / 64] >> shift;
+  if (shift + side > 64) bits |= words[begin / 64 + 1] << (64 - shift);
   return static_cast<uint32_t>(bits & ((uint64_t{1} << side) - 1));
 }
 
-// The lanes whose bit is set.
-template <class D>
-HWY_INLINE hn::Mask<D> LanesOf(D d, uint32_t bits) {
+// Windows that have tap k from the left of window row r, 0 at the top; `taps` as KernelRows has them.
+template <int kRadius, class D, typename Bits>
+HWY_INLINE hn::Mask<D> HaveTap(D d, const Bits* taps, int radius, int r, int k) {
   const hn::RebindToSigned<D> di;
-  using TI = hn::TFromD<decltype(di)>;
-  alignas(64) static constexpr TI kLaneBit[16] = {
-      1,      2,      4,       8,       16,      32,      64,      128,
-      1 << 8, 1 << 9, 1 << 10, 1 << 11, 1 << 12, 1 << 13, 1 << 14, 1 << 15};
-  return hn::RebindMask(d, hn::TestBit(hn::Set(di, static_cast<TI>(bits)), hn::Load(di, kLaneBit)));
+  auto bits = hn::LoadU(di, taps);
+  const bool one_word = kRadius > 0 && kRadius <= KernelRows<hn::TFromD<D>>::kOneWord;
+  if (one_word) bits = hn::ShiftRightSame(bits, r * (2 * radius + 1));
+  return hn::RebindMask(d, hn::TestBit(bits, hn::Set(di, Bits{1} << k)));
 }
 
-// Lists the masked windows of row y that lie in Omega_ij, with the sums over their taps about the
-// values of their centre, which loses fewer digits.
+// The window row's word.
+template <int kRadius, typename T>
+const typename KernelRows<T>::Bits* TapWord(int r, int y, KernelRows<T>* rows) {
+  const bool one_word = kRadius > 0 && kRadius <= KernelRows<T>::kOneWord;
+  return rows->Taps(one_word ? 0 : r, y);
+}
+
+// Puts the masks of row y's windows that lie in Omega_ij where the vectors find them.
 template <typename T>
-HWY_ATTR void SumMaskedWindows(const PairInput<T>& input, int y, KernelRows<T>* rows) {
-  const KernelTag<T> d;
-  using V = hn::Vec<decltype(d)>;
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  const WindowMasks& masks = *input.masks;
-  const int radius = input.radius;
-  const int side = 2 * radius + 1;
-  rows->masked_column.clear();
-  rows->masked_entry.clear();
+void PlaceMasks(const PairInput<T>& input, int y, KernelRows<T>* rows) {
+  using Rows = KernelRows<T>;
+  using Bits = typename Rows::Bits;
   if (y < 0 || y >= input.height) return;
+  const WindowMasks& masks = *input.masks;
+  const int radius = rows->radius;
+  const int side = 2 * radius + 1;
   const int* columns = masks.column.data();
   const size_t row_end = masks.row_start[y + 1];
   size_t entry = static_cast<size_t>(
       std::lower_bound(columns + masks.row_start[y], columns + row_end, rows->x_begin + radius) -
       columns);
-  const T* mask_rows[31];
-  const T* i_rows[31];
-  const T* w_rows[31];
-  for (int r = 0; r < side; ++r) {
-    mask_rows[r] = rows->Row(kMask, y - radius + r) - radius;
-    i_rows[r] = rows->Row(kI, y - radius + r) - radius;
-    w_rows[r] = rows->Row(kW, y - radius + r) - radius;
-  }
-  const T* centre_mask = rows->Row(kMask, y);
-  const T* centre_i = rows->Row(kI, y);
-  const T* centre_w = rows->Row(kW, y);
-  const size_t room = static_cast<size_t>(rows->columns) + lanes;
-  for (auto& sums : rows->masked_sums) sums.resize(room);
-  for (auto& centre : rows->masked_centre) centre.resize(room);
-  const V zero = hn::Zero(d);
-  const V one = hn::Set(d, 1);
-  for (; entry < row_end && columns[entry] < rows->x_begin + rows->columns - radius; ++entry) {
+  const T* in_domain = rows->Row(kMask, y);
+  char* HWY_RESTRICT blocks = rows->MaskedBlocks(y);
+  char* HWY_RESTRICT reached = rows->ReachedBlocks(y);
+  bool any = false;
+  Bits* state = rows->Masked(y);
+  Bits* first_word = rows->Taps(0, y);
+  const bool one_word = rows->words == 1;
+  const int end = rows->x_begin + rows->columns - radius;
+  for (; entry < row_end && columns[entry] < end; ++entry) {
     const int x = columns[entry] - rows->x_begin;
-    if (centre_mask[x] == T(0)) continue;
-    const V ci = hn::Set(d, centre_i[x]);
-    const V cw = hn::Set(d, centre_w[x]);
-    V sums[6] = {zero, zero, zero, zero, zero, zero};
-    for (int r = 0; r < side; ++r) {
-      const uint32_t bits = RowBits(masks, entry, side, r);
-      for (int k = 0; k < side; k += lanes) {
-        if (bits >> k == 0) break;
-        const auto tap =
-            hn::And(LanesOf(d, bits >> k), hn::Gt(hn::LoadU(d, mask_rows[r] + x + k), zero));
-        const V i = hn::IfThenElseZero(tap, hn::Sub(hn::LoadU(d, i_rows[r] + x + k), ci));
-        const V w = hn::IfThenElseZero(tap, hn::Sub(hn::LoadU(d, w_rows[r] + x + k), cw));
-        sums[0] = hn::Add(sums[0], hn::IfThenElseZero(tap, one));
-        sums[1] = hn::Add(sums[1], i);
-        sums[2] = hn::Add(sums[2], w);
-        sums[3] = hn::MulAdd(i, i, sums[3]);
-        sums[4] = hn::MulAdd(w, w, sums[4]);
-        sums[5] = hn::MulAdd(i, w, sums[5]);
-      }
+    if (in_domain[x] == T(0)) continue;
+    const uint64_t* bits = masks.bits.data() + entry * masks.words;
+    if (one_word) {
+      first_word[x] = static_cast<Bits>(bits[0]);
+    } else {
+      for (int r = 0; r < side; ++r)
+        rows->Taps(r, y)[x] = static_cast<Bits>(RowBits(bits, side, r));
     }
-    const size_t n = rows->masked_column.size();
-    for (int k = 0; k < 6; ++k) rows->masked_sums[k][n] = hn::GetLane(hn::SumOfLanes(d, sums[k]));
-    rows->masked_centre[0][n] = centre_i[x];
-    rows->masked_centre[1][n] = centre_w[x];
-    rows->masked_column.push_back(x);
-    rows->masked_entry.push_back(entry);
+    const bool full = input.full_below || (input.full_thin && masks.thin[entry] != 0);
+    state[x] = full ? Rows::kWindowMasked | Rows::kWindowFull : Rows::kWindowMasked;
+    blocks[x / Rows::kBlock] = 1;
+    reached[(x - radius) / Rows::kBlock] = 1;
+    reached[(x + radius) / Rows::kBlock] = 1;
+    any = true;
   }
+  rows->HasMasked(y) = any ? 1 : 0;
 }
 
-// Adds a window's A, B, E, C and share to the kDirect rows of its taps.
-template <typename T>
-HWY_ATTR void SpreadWindow(const WindowMasks& masks, size_t entry, int x, int side,
-                           const T values[], const T* const mask_rows[], T* const direct_rows[]) {
+// Scores the windows of row y at the lanes from x; `taken` are those that have a mask and taps in it.
+// The sums are about the values of the centre, which loses fewer digits.
+template <int kRadius, class D, typename T = hn::TFromD<D>>
+HWY_INLINE WindowScores<hn::Vec<D>> ScoreMasked(D d, const PairInput<T>& input, int y, int x,
+                                                hn::Mask<D> masked, KernelRows<T>* rows,
+                                                hn::Mask<D>* taken) {
+  using V = hn::Vec<D>;
+  const V one = hn::Set(d, 1);
+  const V zero = hn::Zero(d);
+  const V centre_i = hn::Load(d, rows->Row(kI, y) + x);
+  const V centre_w = hn::Load(d, rows->Row(kW, y) + x);
+  V taps = zero;
+  V sum_i = zero;
+  V sum_w = zero;
+  V sum_ii = zero;
+  V sum_ww = zero;
+  V sum_iw = zero;
+  const int radius = Radius<kRadius>(*rows);
+  for (int r = 0; r <= 2 * radius; ++r) {
+    const T* HWY_RESTRICT in_domain = rows->Row(kMask, y + r - radius) + x - radius;
+    const T* HWY_RESTRICT intensity = rows->Row(kI, y + r - radius) + x - radius;
+    const T* HWY_RESTRICT warped = rows->Row(kW, y + r - radius) + x - radius;
+    const auto* word = TapWord<kRadius>(r, y, rows) + x;
+    for (int k = 0; k <= 2 * radius; ++k) {
+      const auto kept = hn::And(HaveTap<kRadius>(d, word, radius, r, k),
+                                hn::Gt(hn::LoadU(d, in_domain + k), zero));
+      const V i = hn::IfThenElseZero(kept, hn::Sub(hn::LoadU(d, intensity + k), centre_i));
+      const V w = hn::IfThenElseZero(kept, hn::Sub(hn::LoadU(d, warped + k), centre_w));
+      taps = hn::Add(taps, hn::IfThenElseZero(kept, one));
+      sum_i = hn::Add(sum_i, i);
+      sum_w = hn::Add(sum_w, w);
+      sum_ii = hn::MulAdd(i, i, sum_ii);
+      sum_ww = hn::MulAdd(w, w, sum_ww);
+      sum_iw = hn::MulAdd(i, w, sum_iw);
+    }
+  }
+  *taken = hn::And(masked, hn::Ge(taps, hn::Set(d, static_cast<T>(input.min_taps))));
+  WindowScores<V> score = ScoreWindows(d, *taken, taps, sum_i, sum_w, sum_ii, sum_ww, sum_iw,
+                                       hn::Set(d, static_cast<T>(input.variance_floor)),
+                                       hn::Set(d, static_cast<T>(input.reliability_noise)),
+                                       input.reliability_noise > 0);
+  score.e = hn::Add(score.e, hn::NegMulAdd(score.b, centre_w, hn::Mul(score.a, centre_i)));
+  return score;
+}
+
+// Replaces what ScoreRow made of the windows of row y that have a mask: omega and cost in their rows; A,
+// B, E, C and share in the kMasked rows instead of the rows that are summed over windows.
+template <int kRadius, typename T>
+HWY_ATTR void ScoreMaskedWindows(const PairInput<T>& input, int y, KernelRows<T>* rows) {
+  using Rows = KernelRows<T>;
   const KernelTag<T> d;
+  const hn::RebindToSigned<decltype(d)> di;
   using V = hn::Vec<decltype(d)>;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  constexpr int kFields = KernelRows<T>::kTapFields;
-  const V v[kFields] = {hn::Set(d, values[0]), hn::Set(d, values[1]), hn::Set(d, values[2]),
-                        hn::Set(d, values[3]), hn::Set(d, values[4])};
-  for (int r = 0; r < side; ++r) {
-    const uint32_t bits = RowBits(masks, entry, side, r);
-    for (int k = 0; k < side; k += lanes) {
-      if (bits >> k == 0) break;
-      const auto tap =
-          hn::And(LanesOf(d, bits >> k), hn::Gt(hn::LoadU(d, mask_rows[r] + x + k), hn::Zero(d)));
-      for (int field = 0; field < kFields; ++field) {
-        T* at = direct_rows[kFields * r + field] + x + k;
-        hn::StoreU(hn::Add(hn::LoadU(d, at), hn::IfThenElseZero(tap, v[field])), d, at);
-      }
+  PlaceMasks(input, y, rows);
+  if (rows->HasMasked(y) == 0) return;
+  const auto masked_bit = hn::Set(di, Rows::kWindowMasked);
+  const auto full_bit = hn::Set(di, Rows::kWindowFull);
+  const V zero = hn::Zero(d);
+  const char* blocks = rows->MaskedBlocks(y);
+  for (int x = 0; x < rows->columns; x += lanes) {
+    if (blocks[x / Rows::kBlock] == 0) continue;
+    const auto state = hn::Load(di, rows->Masked(y) + x);
+    const auto masked = hn::RebindMask(d, hn::TestBit(state, masked_bit));
+    if (hn::AllFalse(d, masked)) continue;
+    auto taken = masked;
+    const WindowScores<V> score = ScoreMasked<kRadius>(d, input, y, x, masked, rows, &taken);
+    // Not those that ScoreRow was right to leave full.
+    const auto replaced =
+        hn::Or(taken, hn::AndNot(hn::RebindMask(d, hn::TestBit(state, full_bit)), masked));
+    T* omega = rows->Scratch(0) + x;
+    T* cost = rows->Row(kCost, y) + x;
+    hn::Store(hn::IfThenElse(replaced, score.omega, hn::Load(d, omega)), d, omega);
+    hn::Store(hn::IfThenElse(replaced, score.cost, hn::Load(d, cost)), d, cost);
+    const V values[Rows::kTapFields] = {score.a, score.b, score.e, score.c, score.share};
+    for (int k = 0; k < Rows::kTapFields; ++k) {
+      T* whole = rows->Scratch(1 + k) + x;
+      hn::Store(hn::IfThenElse(replaced, zero, hn::Load(d, whole)), d, whole);
+      hn::Store(hn::IfThenElseZero(taken, values[k]), d, rows->Row(kMaskedA + k, y) + x);
     }
   }
 }
 
-// Replaces what ScoreRow made of the windows of row y that have a mask and, with `derivatives`, adds
-// their A, B, E, C and share to the kDirect rows of their taps instead of leaving them to the sums
-// over windows.
-template <typename T>
-HWY_ATTR void ScoreMaskedWindows(const PairInput<T>& input, int y, bool derivatives,
-                                 KernelRows<T>* rows) {
-  SumMaskedWindows(input, y, rows);
-  const size_t count = rows->masked_column.size();
-  if (count == 0) return;
-  const KernelTag<T> d;
-  using V = hn::Vec<decltype(d)>;
-  const size_t lanes = hn::Lanes(d);
-  const V floor = hn::Set(d, static_cast<T>(input.variance_floor));
-  const V noise = hn::Set(d, static_cast<T>(input.reliability_noise));
-  const V min_taps = hn::Set(d, static_cast<T>(input.min_taps));
-  T* sums[7];
-  for (int k = 0; k < 7; ++k) sums[k] = rows->masked_sums[k].data();
-  for (size_t n = count; n < count + lanes; ++n) sums[0][n] = 0;
-  for (size_t n = 0; n < count; n += lanes) {
-    const V taps = hn::LoadU(d, sums[0] + n);
-    WindowScores<V> score = ScoreWindows(d, hn::Ge(taps, min_taps), taps, hn::LoadU(d, sums[1] + n),
-                                         hn::LoadU(d, sums[2] + n), hn::LoadU(d, sums[3] + n),
-                                         hn::LoadU(d, sums[4] + n), hn::LoadU(d, sums[5] + n),
-                                         floor, noise, input.reliability_noise > 0);
-    const V centre_i = hn::LoadU(d, rows->masked_centre[0].data() + n);
-    const V centre_w = hn::LoadU(d, rows->masked_centre[1].data() + n);
-    score.e = hn::Add(score.e, hn::NegMulAdd(score.b, centre_w, hn::Mul(score.a, centre_i)));
-    hn::StoreU(score.omega, d, sums[0] + n);
-    hn::StoreU(score.cost, d, sums[1] + n);
-    hn::StoreU(score.a, d, sums[2] + n);
-    hn::StoreU(score.b, d, sums[3] + n);
-    hn::StoreU(score.e, d, sums[4] + n);
-    hn::StoreU(score.c, d, sums[5] + n);
-    hn::StoreU(score.share, d, sums[6] + n);
-  }
-  const int radius = input.radius;
-  const int side = 2 * radius + 1;
-  const T* mask_rows[31];
-  constexpr int kFields = KernelRows<T>::kTapFields;
-  T* direct_rows[kFields * 31];
-  for (int r = 0; r < side; ++r) {
-    mask_rows[r] = rows->Row(kMask, y - radius + r) - radius;
-    for (int field = 0; field < kFields; ++field) {
-      direct_rows[kFields * r + field] = rows->Row(kDirectA + field, y - radius + r) - radius;
+// The masked windows that have pixels of a row as taps.
+template <int kRadius, typename T>
+class MaskedAround {
+ public:
+  MaskedAround(int y, KernelRows<T>* rows) : radius_(Radius<kRadius>(*rows)) {
+    for (int r = -radius_; r <= radius_; ++r) {
+      if (rows->HasMasked(y + r) == 0) continue;
+      Row& row = rows_[count_++];
+      row.tap_row = radius_ - r;
+      row.word = TapWord<kRadius>(row.tap_row, y + r, rows);
+      row.reached = rows->ReachedBlocks(y + r);
+      for (int f = 0; f < kFields; ++f) row.fields[f] = rows->Row(kMaskedA + f, y + r);
     }
-    if (derivatives) rows->Direct(y - radius + r) = 1;
   }
-  T* window[6];
-  for (int k = 0; k < 6; ++k) window[k] = rows->Scratch(k);
-  T* cost = rows->Row(kCost, y);
-  for (size_t n = 0; n < count; ++n) {
-    const size_t entry = rows->masked_entry[n];
-    const int x = rows->masked_column[n];
-    const bool valid = sums[0][n] > T(0);
-    const bool in_full = input.full_below || (input.full_thin && input.masks->thin[entry] != 0);
-    if (!valid && in_full) continue;  // as ScoreRow left it
-    window[0][x] = sums[0][n];
-    cost[x] = sums[1][n];
-    for (int k = 1; k < 6; ++k) window[k][x] = T(0);
-    if (!valid || !derivatives) continue;
-    const T values[kFields] = {sums[2][n], sums[3][n], sums[4][n], sums[5][n], sums[6][n]};
-    SpreadWindow<T>(*input.masks, entry, x, side, values, mask_rows, direct_rows);
+
+  // Adds their A, B, E, C and share to the pixels at the lanes from x. What is added outside Omega_ij does
+  // not count.
+  template <class D, class V = hn::Vec<D>>
+  HWY_INLINE void Add(D d, int x, V* a, V* b, V* e, V* c, V* share) const {
+    for (int n = 0; n < count_; ++n) {
+      const Row& row = rows_[n];
+      if (row.reached[x / kBlock] == 0) continue;
+      for (int k = 0; k <= 2 * radius_; ++k) {
+        const int at = x + radius_ - k;  // tap k of the window there is at x
+        const auto kept = HaveTap<kRadius>(d, row.word + at, radius_, row.tap_row, k);
+        V* const sums[kFields] = {a, b, e, c, share};
+        for (int f = 0; f < kFields; ++f) {
+          *sums[f] = hn::Add(*sums[f], hn::IfThenElseZero(kept, hn::LoadU(d, row.fields[f] + at)));
+        }
+      }
+    }
   }
-}
+
+ private:
+  static constexpr int kBlock = KernelRows<T>::kBlock;
+  static constexpr int kFields = KernelRows<T>::kTapFields;
+  struct Row {
+    int tap_row;  // of the windows there
+    const typename KernelRows<T>::Bits* word;
+    const char* reached;
+    const T* fields[kFields];
+  };
+  int radius_;
+  int count_ = 0;
+  Row rows_[31];
+};
 
 }  // namespace HWY_NAMESPACE
 }  // namespace burin

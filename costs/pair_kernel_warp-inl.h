@@ -31,12 +31,6 @@ HWY_ATTR void WarpRow(const PairInput<T>& input, int y, KernelRows<T>* rows) {
   const int lanes = static_cast<int>(hn::Lanes(d));
   const int columns = rows->columns;
   T* HWY_RESTRICT mask = rows->Row(kMask, y);
-  if (input.masks != nullptr && rows->Direct(y) != 0) {
-    for (int field = kDirectA; field <= kDirectShare; ++field) {
-      std::fill(rows->Row(field, y), rows->Row(field, y) + columns, T(0));
-    }
-    rows->Direct(y) = 0;
-  }
   unsigned int any = 0;
   const int lead = std::max(0, -rows->x_begin);  // columns left of the image
   const int stop = std::min(columns, input.width - rows->x_begin);

@@ -1,9 +1,8 @@
-// Window sums, scores and derivatives of one row (see costs/pair_kernel.h). Included once per target of
+// Window sums and scores of one row (see costs/pair_kernel.h). Included once per target of
 // the SIMD library.
 //
-// 5x5 windows, the common ones, are summed directly: 4 additions along the row and 4 down. Windows
-// of other sizes are running sums in double, along the row and down, so that their cost does not
-// depend on their size.
+// Windows are summed along the row, then down. Up to 7x7 both are plain sums. Wider ones are plain sums
+// along the row and running sums in double down: what leaves the window is subtracted without a trace.
 #if defined(BURIN_COSTS_PAIR_KERNEL_WINDOWS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef BURIN_COSTS_PAIR_KERNEL_WINDOWS_INL_H_
 #undef BURIN_COSTS_PAIR_KERNEL_WINDOWS_INL_H_
@@ -66,61 +65,57 @@ HWY_INLINE WindowScores<V> ScoreWindows(D d, hn::Mask<D> valid, V taps, V sum_i,
   return score;
 }
 
-// in[x - 2] + ... + in[x + 2] of the lanes from x.
-template <class D, typename T = hn::TFromD<D>>
-HWY_INLINE hn::Vec<D> FiveAlong(D d, const T* in) {
-  const auto outer = hn::Add(hn::Add(hn::LoadU(d, in - 2), hn::LoadU(d, in - 1)),
-                             hn::Add(hn::LoadU(d, in + 1), hn::LoadU(d, in + 2)));
-  return hn::Add(outer, hn::LoadU(d, in));
+// Windows of radius kRadius; 0 = any, that of the rows.
+template <int kRadius, typename T>
+HWY_INLINE int Radius(const KernelRows<T>& rows) {
+  return kRadius > 0 ? kRadius : rows.radius;
 }
 
-// Replaces row y of a field by the sums of `in` along the row and updates the field's running sum
-// over the held rows. `in` is readable, and zero, `radius` elements beyond both ends.
+// in[-radius] + ... + in[radius] of the lanes there.
+template <class D, typename T = hn::TFromD<D>>
+HWY_INLINE hn::Vec<D> SumAlong(D d, const T* in, int radius) {
+  auto left = hn::LoadU(d, in - radius);
+  auto right = hn::LoadU(d, in + radius);
+  for (int k = 1; k < radius; ++k) {
+    left = hn::Add(left, hn::LoadU(d, in - k));
+    right = hn::Add(right, hn::LoadU(d, in + k));
+  }
+  return hn::Add(hn::Add(left, right), hn::LoadU(d, in));
+}
+
+// Take row y of `count` fields from the running sums before it changes, and add it after.
 template <typename T>
-HWY_ATTR void RunAlong(const T* HWY_RESTRICT in, int field, int y, KernelRows<T>* rows) {
-  T* HWY_RESTRICT out = rows->Row(field, y);
-  double* HWY_RESTRICT running = rows->Running(field);
-  const int radius = rows->radius;
-  double sum = 0;
-  for (int x = -radius; x < radius; ++x) sum += static_cast<double>(in[x]);
-  for (int x = 0; x < rows->columns; ++x) {
-    sum += static_cast<double>(in[x + radius]);
-    running[x] -= static_cast<double>(out[x]);
-    out[x] = static_cast<T>(sum);
-    running[x] += static_cast<double>(out[x]);
-    sum -= static_cast<double>(in[x - radius]);
+HWY_ATTR void TakeFromSums(int field, int count, int y, KernelRows<T>* rows) {
+  for (int k = field; k < field + count; ++k) {
+    const T* HWY_RESTRICT row = rows->Row(k, y);
+    double* HWY_RESTRICT running = rows->Running(k);
+    for (int x = 0; x < rows->columns; ++x) running[x] -= static_cast<double>(row[x]);
+  }
+}
+template <typename T>
+HWY_ATTR void AddToSums(int field, int count, int y, KernelRows<T>* rows) {
+  for (int k = field; k < field + count; ++k) {
+    const T* HWY_RESTRICT row = rows->Row(k, y);
+    double* HWY_RESTRICT running = rows->Running(k);
+    for (int x = 0; x < rows->columns; ++x) running[x] += static_cast<double>(row[x]);
   }
 }
 
 // The sums along row y that windows need.
-template <typename T>
+template <int kRadius, typename T>
 HWY_ATTR void SumRow(int y, KernelRows<T>* rows) {
   const KernelTag<T> d;
   using V = hn::Vec<decltype(d)>;
+  constexpr int kCount = 6;
   const int lanes = static_cast<int>(hn::Lanes(d));
+  const int radius = Radius<kRadius>(*rows);
   const int columns = rows->columns;
   const T* HWY_RESTRICT mask = rows->Row(kMask, y);
   const T* HWY_RESTRICT intensity = rows->Row(kI, y);
   const T* HWY_RESTRICT warped = rows->Row(kW, y);
-  if (rows->radius != 2) {
-    T* products[3] = {rows->Scratch(0), rows->Scratch(1), rows->Scratch(2)};
-    for (int x = 0; x < columns; ++x) {
-      products[0][x] = intensity[x] * intensity[x];
-      products[1][x] = warped[x] * warped[x];
-      products[2][x] = intensity[x] * warped[x];
-    }
-    // Vectors may have written beyond the columns.
-    for (T* product : products) std::fill(product + columns, product + columns + 16, T(0));
-    RunAlong(mask, kSumMask, y, rows);
-    RunAlong(intensity, kSumI, y, rows);
-    RunAlong(warped, kSumW, y, rows);
-    RunAlong(products[0], kSumII, y, rows);
-    RunAlong(products[1], kSumWW, y, rows);
-    RunAlong(products[2], kSumIW, y, rows);
-    return;
-  }
-  T* sums[6];
-  for (int k = 0; k < 6; ++k) sums[k] = rows->Row(kSumMask + k, y);
+  T* sums[kCount];
+  for (int k = 0; k < kCount; ++k) sums[k] = rows->Row(kSumMask + k, y);
+  if (kRadius == 0) TakeFromSums(kSumMask, kCount, y, rows);
   if (rows->Used(y) == 0) {
     for (T* sum : sums) std::fill(sum, sum + columns, T(0));
     return;
@@ -131,7 +126,7 @@ HWY_ATTR void SumRow(int y, KernelRows<T>* rows) {
     V iw = hn::Zero(d);
     V sum_i = hn::Zero(d);
     V sum_w = hn::Zero(d);
-    for (int k = -2; k <= 2; ++k) {
+    for (int k = -radius; k <= radius; ++k) {
       const V i = hn::LoadU(d, intensity + x + k);
       const V w = hn::LoadU(d, warped + x + k);
       sum_i = hn::Add(sum_i, i);
@@ -140,45 +135,51 @@ HWY_ATTR void SumRow(int y, KernelRows<T>* rows) {
       ww = hn::MulAdd(w, w, ww);
       iw = hn::MulAdd(i, w, iw);
     }
-    hn::Store(FiveAlong(d, mask + x), d, sums[0] + x);
+    hn::Store(SumAlong(d, mask + x, radius), d, sums[0] + x);
     hn::Store(sum_i, d, sums[1] + x);
     hn::Store(sum_w, d, sums[2] + x);
     hn::Store(ii, d, sums[3] + x);
     hn::Store(ww, d, sums[4] + x);
     hn::Store(iw, d, sums[5] + x);
   }
+  if (kRadius == 0) AddToSums(kSumMask, kCount, y, rows);
 }
 
 // A field from kSumMask to kSumShare summed over the rows around y: the rows of the window.
-template <typename T>
+template <int kRadius, typename T>
 class WindowColumns {
  public:
   WindowColumns(int field, int y, KernelRows<T>* rows) {
-    if (rows->radius == 2) {
-      for (int k = 0; k < 5; ++k) row_[k] = rows->Row(field, y - 2 + k);
-    } else {
+    if (kRadius == 0) {
       running_ = rows->Running(field);
+      return;
     }
+    for (int k = -kRadius; k <= kRadius; ++k) row_[k + kRadius] = rows->Row(field, y + k);
   }
   template <class D>
   HWY_INLINE hn::Vec<D> Sum(D d, int x) const {
-    if (running_ == nullptr) {
-      const auto outer = hn::Add(hn::Add(hn::Load(d, row_[0] + x), hn::Load(d, row_[1] + x)),
-                                 hn::Add(hn::Load(d, row_[3] + x), hn::Load(d, row_[4] + x)));
-      return hn::Add(outer, hn::Load(d, row_[2] + x));
+    if constexpr (kRadius == 0) {
+      alignas(64) T sums[hn::MaxLanes(D())];
+      for (size_t k = 0; k < hn::MaxLanes(d); ++k) sums[k] = static_cast<T>(running_[x + k]);
+      return hn::Load(d, sums);
+    } else {
+      auto above = hn::Load(d, row_[0] + x);
+      auto below = hn::Load(d, row_[2 * kRadius] + x);
+      for (int k = 1; k < kRadius; ++k) {
+        above = hn::Add(above, hn::Load(d, row_[k] + x));
+        below = hn::Add(below, hn::Load(d, row_[2 * kRadius - k] + x));
+      }
+      return hn::Add(hn::Add(above, below), hn::Load(d, row_[kRadius] + x));
     }
-    alignas(64) T sums[16];
-    for (size_t k = 0; k < hn::Lanes(d); ++k) sums[k] = static_cast<T>(running_[x + k]);
-    return hn::Load(d, sums);
   }
 
  private:
-  const T* row_[5] = {};
+  const T* row_[2 * kRadius + 1] = {};
   const double* running_ = nullptr;
 };
 
 // Scores the windows of row y: omega, A, B, E, C, share in scratch rows 0 to 5, cost in its field.
-template <typename T>
+template <int kRadius, typename T>
 HWY_ATTR void ScoreRow(const PairInput<T>& input, int y, KernelRows<T>* rows) {
   const KernelTag<T> d;
   using V = hn::Vec<decltype(d)>;
@@ -187,12 +188,12 @@ HWY_ATTR void ScoreRow(const PairInput<T>& input, int y, KernelRows<T>* rows) {
   T* out[7];
   for (int k = 0; k < 6; ++k) out[k] = rows->Scratch(k);
   out[6] = rows->Row(kCost, y);
-  const WindowColumns<T> taps(kSumMask, y, rows);
-  const WindowColumns<T> sum_i(kSumI, y, rows);
-  const WindowColumns<T> sum_w(kSumW, y, rows);
-  const WindowColumns<T> sum_ii(kSumII, y, rows);
-  const WindowColumns<T> sum_ww(kSumWW, y, rows);
-  const WindowColumns<T> sum_iw(kSumIW, y, rows);
+  const WindowColumns<kRadius, T> taps(kSumMask, y, rows);
+  const WindowColumns<kRadius, T> sum_i(kSumI, y, rows);
+  const WindowColumns<kRadius, T> sum_w(kSumW, y, rows);
+  const WindowColumns<kRadius, T> sum_ii(kSumII, y, rows);
+  const WindowColumns<kRadius, T> sum_ww(kSumWW, y, rows);
+  const WindowColumns<kRadius, T> sum_iw(kSumIW, y, rows);
   const V floor = hn::Set(d, static_cast<T>(input.variance_floor));
   const V noise = hn::Set(d, static_cast<T>(input.reliability_noise));
   const bool weighted = input.reliability_noise > 0;
@@ -219,69 +220,22 @@ HWY_ATTR void ScoreRow(const PairInput<T>& input, int y, KernelRows<T>* rows) {
 }
 
 // Sums A, B, E, C and share of row y, in scratch rows 1 to 5, along the row.
-template <typename T>
+template <int kRadius, typename T>
 HWY_ATTR void SumScores(int y, KernelRows<T>* rows) {
   const KernelTag<T> d;
+  constexpr int kCount = KernelRows<T>::kTapFields;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  for (int k = 0; k < KernelRows<T>::kTapFields; ++k) {
+  const int radius = Radius<kRadius>(*rows);
+  if (kRadius == 0) TakeFromSums(kSumA, kCount, y, rows);
+  for (int k = 0; k < kCount; ++k) {
     T* HWY_RESTRICT in = rows->Scratch(1 + k);
     std::fill(in + rows->columns, in + rows->columns + 16, T(0));
-    if (rows->radius != 2) {
-      RunAlong(in, kSumA + k, y, rows);
-      continue;
-    }
     T* HWY_RESTRICT out = rows->Row(kSumA + k, y);
-    for (int x = 0; x < rows->columns; x += lanes) hn::Store(FiveAlong(d, in + x), d, out + x);
-  }
-}
-
-// Adds cost, slope, curvature and share of the tile's pixels of row y to `fields`.
-template <typename T>
-HWY_ATTR void DifferentiateRow(const PairInput<T>& input, const Tile& tile, int y,
-                               KernelRows<T>* rows, PixelFields<T>* fields) {
-  const KernelTag<T> d;
-  using V = hn::Vec<decltype(d)>;
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  const WindowColumns<T> sums[5] = {
-      {kSumA, y, rows}, {kSumB, y, rows}, {kSumE, y, rows}, {kSumC, y, rows}, {kSumShare, y, rows}};
-  const bool direct = rows->Direct(y) != 0;
-  const T* HWY_RESTRICT direct_a = rows->Row(kDirectA, y);
-  const T* HWY_RESTRICT direct_b = rows->Row(kDirectB, y);
-  const T* HWY_RESTRICT direct_e = rows->Row(kDirectE, y);
-  const T* HWY_RESTRICT direct_c = rows->Row(kDirectC, y);
-  const T* HWY_RESTRICT direct_share = rows->Row(kDirectShare, y);
-  const T* HWY_RESTRICT mask = rows->Row(kMask, y);
-  const T* HWY_RESTRICT intensity = rows->Row(kI, y);
-  const T* HWY_RESTRICT warped = rows->Row(kW, y);
-  const T* HWY_RESTRICT slope_w = rows->Row(kD, y);
-  const T* HWY_RESTRICT cost = rows->Row(kCost, y);
-  T* HWY_RESTRICT sums_here = rows->PixelSums();
-  constexpr int kCount = PixelFields<T>::kSumCount;
-  for (int x = 0; x < rows->columns; x += lanes) {
-    const V dw = hn::Load(d, slope_w + x);
-    V a = sums[0].Sum(d, x);
-    V b = sums[1].Sum(d, x);
-    V e = sums[2].Sum(d, x);
-    V c = sums[3].Sum(d, x);
-    V tap_share = sums[4].Sum(d, x);
-    if (direct) {
-      a = hn::Add(a, hn::Load(d, direct_a + x));
-      b = hn::Add(b, hn::Load(d, direct_b + x));
-      e = hn::Add(e, hn::Load(d, direct_e + x));
-      c = hn::Add(c, hn::Load(d, direct_c + x));
-      tap_share = hn::Add(tap_share, hn::Load(d, direct_share + x));
+    for (int x = 0; x < rows->columns; x += lanes) {
+      hn::Store(SumAlong(d, in + x, radius), d, out + x);
     }
-    // dE/dW; dw is zero outside Omega_ij.
-    const V derivative =
-        hn::NegMulAdd(hn::Load(d, intensity + x), a, hn::MulAdd(hn::Load(d, warped + x), b, e));
-    hn::StoreInterleaved4(hn::Load(d, cost + x), hn::Mul(derivative, dw),
-                          hn::Mul(c, hn::Mul(dw, dw)), hn::Mul(tap_share, hn::Load(d, mask + x)), d,
-                          sums_here + static_cast<ptrdiff_t>(x) * kCount);
   }
-  sums_here += static_cast<ptrdiff_t>(tile.x0 - rows->x_begin) * kCount;
-  T* HWY_RESTRICT out =
-      fields->sums.data() + (static_cast<size_t>(y) * input.width + tile.x0) * kCount;
-  for (int k = 0; k < (tile.x1 - tile.x0) * kCount; ++k) out[k] += sums_here[k];
+  if (kRadius == 0) AddToSums(kSumA, kCount, y, rows);
 }
 
 }  // namespace HWY_NAMESPACE
