@@ -104,7 +104,9 @@ class PairRegion {
     batch->ray_facets.clear();
     batch->ray_pixels.clear();
     for (int n = 0; n < open; ++n) {
-      __builtin_prefetch(second_.inverse_depth[0] + batch->block[batch->open[n]]);
+      const float* depths = second_.inverse_depth[0] + batch->block[batch->open[n]];
+      __builtin_prefetch(depths);
+      __builtin_prefetch(depths + second_.inverse_depth.cols);
     }
     for (int n = 0; n < open; ++n) count += LookAround(batch->open[n], batch) ? 1 : 0;
     count += CastRays(batch);
@@ -153,6 +155,7 @@ class PairRegion {
       __builtin_prefetch(map + block);
       __builtin_prefetch(map + block + stride);
       __builtin_prefetch(connected + block);
+      __builtin_prefetch(bytes_ + batch->pixel[n], 1);
     }
   }
 
