@@ -267,13 +267,19 @@ class PairRegion {
 
 }  // namespace
 
-SecondView::SecondView(const TriangleMesh& mesh, const ViewPixels& pixels)
-    : camera(pixels.camera),
-      mask(pixels.mask),
-      facing(FacingFacets(mesh, camera.Center())),
-      facet_map(std::max(2, camera.height), std::max(2, camera.width), -1),
-      inverse_depth(facet_map.size(), 0.0F),
-      connected(facet_map.size(), uint8_t{0}) {
+void SecondView::Look(const TriangleMesh& mesh, const ViewPixels& pixels) {
+  camera = pixels.camera;
+  mask = pixels.mask;
+  facing = FacingFacets(mesh, camera.Center());
+  const cv::Size size(std::max(2, camera.width), std::max(2, camera.height));
+  facet_map.create(size);
+  inverse_depth.create(size);
+  connected.create(size);
+  ParallelFor(size.height, kRowGrain, [&](int begin, int end) {
+    facet_map.rowRange(begin, end) = -1;
+    inverse_depth.rowRange(begin, end) = 0;
+    connected.rowRange(begin, end) = 0;
+  });
   const ViewDomain& domain = pixels.domain;
   const ViewRays rays(camera);
   ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
