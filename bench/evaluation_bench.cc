@@ -55,7 +55,7 @@ Frozen& TheFrozen() {
     std::vector<Camera> cameras;
     for (const LevelView& view : made->views) cameras.push_back(view.camera);
     SplitLargeFaces(&made->mesh, cameras, SubdivisionOptions());
-    made->mesh = Ordered(made->mesh, OrderAlongCurve(made->mesh));
+    made->mesh = Ordered(made->mesh, OrderAlongCurve(made->mesh));  // as a run does
     made->context =
         FreezeRound(made->views, made->pairs, made->mesh, Motion::kNormal, 3, &made->domains);
     PhotometricOptions masked;

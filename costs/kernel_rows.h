@@ -21,6 +21,7 @@ enum KernelField {
   kI,     // I
   kW,     // W
   kD,     // dW/ds
+  kCost,  // omega (1 - z)
   // Horizontal sums over the taps of a window row.
   kSumMask,
   kSumI,
@@ -48,7 +49,7 @@ struct KernelRows {
   // Elements before and after the columns of a row that may be read: as far as a window reaches,
   // and a vector more. Zero.
   static constexpr int kPad = 32;
-  static constexpr int kScratchRows = 8;
+  static constexpr int kScratchRows = 6;
   static constexpr int kSums = 11;  // fields from kSumMask to kSumShare
   static constexpr int kTapFields =
       5;  // from kSumA to kSumShare, and from kDirectA to kDirectShare
@@ -61,7 +62,8 @@ struct KernelRows {
     columns = tile.x1 - tile.x0 + 4 * radius;
     ring = 2 * radius + 1;
     stride = (static_cast<size_t>(columns) + 15) / 16 * 16 + 2 * size_t{kPad};
-    const size_t needed = (static_cast<size_t>(kKernelFieldCount) * ring + kScratchRows) * stride;
+    const size_t lines = static_cast<size_t>(kKernelFieldCount) * ring + kScratchRows;
+    const size_t needed = (lines + PixelFields<T>::kSumCount) * stride;
     if (needed > capacity) {
       memory = hwy::AllocateAligned<T>(needed);
       capacity = needed;
@@ -75,6 +77,8 @@ struct KernelRows {
   // Element 0 of row y of a field; the last `ring` rows are held.
   T* Row(int field, int y) { return Line(static_cast<size_t>(field) * ring + Slot(y)); }
   T* Scratch(int k) { return Line(static_cast<size_t>(kKernelFieldCount) * ring + k); }
+  // Room for PixelFields::kSumCount numbers an element.
+  T* PixelSums() { return Scratch(kScratchRows); }
   // Sum of the held rows of a field from kSumMask to kSumShare (windows of other radii than 2).
   double* Running(int field) { return running.data() + (field - kSumMask) * stride; }
   char& Used(int y) { return used[Slot(y)]; }

@@ -17,22 +17,24 @@ HWY_BEFORE_NAMESPACE();
 namespace burin {
 namespace HWY_NAMESPACE {
 
-// Adds the costs of the tile's windows of row y to `fields`; the number of windows that count.
-template <typename T>
+// The number of the tile's windows of row y that count. Adds their weights to `fields` and, without
+// derivatives, their costs.
+template <bool kDerivatives, typename T>
 HWY_ATTR int64_t AddCosts(const PairInput<T>& input, const Tile& tile, int y, KernelRows<T>* rows,
                           PixelFields<T>* fields) {
   const int begin = tile.x0 - rows->x_begin;
   const int count = tile.x1 - tile.x0;
+  const size_t first = static_cast<size_t>(y) * input.width + tile.x0;
   const T* HWY_RESTRICT omega = rows->Scratch(0) + begin;
-  const T* HWY_RESTRICT window_cost = rows->Scratch(1) + begin;
-  T* HWY_RESTRICT cost = fields->cost.data() + static_cast<size_t>(y) * input.width + tile.x0;
   int counted = 0;
-  for (int x = 0; x < count; ++x) {
-    cost[x] += window_cost[x];
-    counted += omega[x] > T(0) ? 1 : 0;
+  for (int x = 0; x < count; ++x) counted += omega[x] > T(0) ? 1 : 0;
+  if (!kDerivatives) {
+    const T* HWY_RESTRICT window_cost = rows->Row(kCost, y) + begin;
+    T* HWY_RESTRICT cost = fields->sums.data() + first;
+    for (int x = 0; x < count; ++x) cost[x] += window_cost[x];
   }
   if (!fields->weight.empty()) {
-    T* HWY_RESTRICT weight = fields->weight.data() + static_cast<size_t>(y) * input.width + tile.x0;
+    T* HWY_RESTRICT weight = fields->weight.data() + first;
     for (int x = 0; x < count; ++x) weight[x] += omega[x];
   }
   return counted;
@@ -54,10 +56,10 @@ HWY_ATTR int64_t AddTileRows(const PairInput<T>& input, const Tile& tile, Kernel
       ScoreRow(input, scored, rows);
       if (input.masks != nullptr) ScoreMaskedWindows(input, scored, kDerivatives, rows);
       if (scored >= tile.y0 && scored < tile.y1) {
-        counted += AddCosts(input, tile, scored, rows, fields);
+        counted += AddCosts<kDerivatives>(input, tile, scored, rows, fields);
       }
     } else {
-      for (int k = 0; k < 7; ++k) {
+      for (int k = 0; k < 6; ++k) {
         std::fill(rows->Scratch(k), rows->Scratch(k) + rows->columns, T(0));
       }
     }
@@ -100,20 +102,15 @@ std::string KernelInstructionSet() { return HWY_DYNAMIC_DISPATCH(TargetName)(); 
 
 template <typename T>
 void PixelFields<T>::Resize(size_t size, bool derivatives, bool weights) {
-  cost.resize(size);
-  slope.resize(derivatives ? size : 0);
-  curvature.resize(derivatives ? size : 0);
-  share.resize(derivatives ? size : 0);
+  per_pixel = derivatives ? kSumCount : 1;
+  sums.resize(size * per_pixel);
   weight.resize(weights ? size : 0);
 }
 
 template <typename T>
 void PixelFields<T>::Clear(size_t begin, size_t end) {
-  for (std::vector<T>* field : {&cost, &slope, &curvature, &share, &weight}) {
-    if (field->empty()) continue;
-    std::fill(field->begin() + static_cast<long>(begin), field->begin() + static_cast<long>(end),
-              T(0));
-  }
+  std::fill(sums.data() + begin * per_pixel, sums.data() + end * per_pixel, T(0));
+  if (!weight.empty()) std::fill(weight.data() + begin, weight.data() + end, T(0));
 }
 
 template <typename T>

@@ -63,14 +63,20 @@ struct PairInput {
 // Per-pixel sums over the pairs of one reference view.
 template <typename T>
 struct PixelFields {
-  std::vector<T> cost;       // omega (1 - z) of the window centred here
-  std::vector<T> slope;      // dE/ds
-  std::vector<T> curvature;  // w D^2
-  std::vector<T>
-      share;  // of the cost of all windows that have this pixel as a tap: cost / n of each
+  // Of a pixel, one after the other, so that one read has them all; without derivatives the cost alone.
+  enum Sum {
+    kCost,       // omega (1 - z) of the window centred here
+    kSlope,      // dE/ds
+    kCurvature,  // w D^2
+    kShare,      // of the cost of all windows that have this pixel as a tap: cost / n of each
+    kSumCount
+  };
+  int per_pixel = kSumCount;  // or 1
+  std::vector<T> sums;
   std::vector<T> weight;  // omega of the windows centred here; left out where it is empty
+  const T* Of(size_t pixel) const { return sums.data() + pixel * per_pixel; }
   void Resize(size_t size, bool derivatives, bool weights);  // what is in them is not touched
-  void Clear(size_t begin, size_t end);                      // zeros in [begin, end)
+  void Clear(size_t begin, size_t end);                      // zeros in pixels [begin, end)
 };
 
 struct Tile {

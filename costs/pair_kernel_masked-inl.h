@@ -34,7 +34,9 @@ template <class D>
 HWY_INLINE hn::Mask<D> LanesOf(D d, uint32_t bits) {
   const hn::RebindToSigned<D> di;
   using TI = hn::TFromD<decltype(di)>;
-  alignas(64) static constexpr TI kLaneBit[8] = {1, 2, 4, 8, 16, 32, 64, 128};
+  alignas(64) static constexpr TI kLaneBit[16] = {
+      1,      2,      4,       8,       16,      32,      64,      128,
+      1 << 8, 1 << 9, 1 << 10, 1 << 11, 1 << 12, 1 << 13, 1 << 14, 1 << 15};
   return hn::RebindMask(d, hn::TestBit(hn::Set(di, static_cast<TI>(bits)), hn::Load(di, kLaneBit)));
 }
 
@@ -174,8 +176,9 @@ HWY_ATTR void ScoreMaskedWindows(const PairInput<T>& input, int y, bool derivati
     }
     if (derivatives) rows->Direct(y - radius + r) = 1;
   }
-  T* window[7];
-  for (int k = 0; k < 7; ++k) window[k] = rows->Scratch(k);
+  T* window[6];
+  for (int k = 0; k < 6; ++k) window[k] = rows->Scratch(k);
+  T* cost = rows->Row(kCost, y);
   for (size_t n = 0; n < count; ++n) {
     const size_t entry = rows->masked_entry[n];
     const int x = rows->masked_column[n];
@@ -183,8 +186,8 @@ HWY_ATTR void ScoreMaskedWindows(const PairInput<T>& input, int y, bool derivati
     const bool in_full = input.full_below || (input.full_thin && input.masks->thin[entry] != 0);
     if (!valid && in_full) continue;  // as ScoreRow left it
     window[0][x] = sums[0][n];
-    window[1][x] = sums[1][n];
-    for (int k = 2; k < 7; ++k) window[k][x] = T(0);
+    cost[x] = sums[1][n];
+    for (int k = 1; k < 6; ++k) window[k][x] = T(0);
     if (!valid || !derivatives) continue;
     const T values[kFields] = {sums[2][n], sums[3][n], sums[4][n], sums[5][n], sums[6][n]};
     SpreadWindow<T>(*input.masks, entry, x, side, values, mask_rows, direct_rows);

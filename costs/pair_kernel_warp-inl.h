@@ -19,9 +19,9 @@ namespace burin {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// At most eight lanes: SplineColumns pairs the points k and k + 4.
+// At most sixteen lanes: as far as rows are readable beyond their columns.
 template <typename T>
-using KernelTag = hn::CappedTag<T, 8>;
+using KernelTag = hn::CappedTag<T, 16>;
 
 // Fills kMask, kI, kW and, with kDerivatives, kD of row y.
 template <bool kDerivatives, typename T>

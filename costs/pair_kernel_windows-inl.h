@@ -167,7 +167,7 @@ class WindowColumns {
                                  hn::Add(hn::Load(d, row_[3] + x), hn::Load(d, row_[4] + x)));
       return hn::Add(outer, hn::Load(d, row_[2] + x));
     }
-    alignas(64) T sums[8];
+    alignas(64) T sums[16];
     for (size_t k = 0; k < hn::Lanes(d); ++k) sums[k] = static_cast<T>(running_[x + k]);
     return hn::Load(d, sums);
   }
@@ -177,7 +177,7 @@ class WindowColumns {
   const double* running_ = nullptr;
 };
 
-// Scores the windows of row y: omega, cost, A, B, E, C, share in scratch rows 0 to 6.
+// Scores the windows of row y: omega, A, B, E, C, share in scratch rows 0 to 5, cost in its field.
 template <typename T>
 HWY_ATTR void ScoreRow(const PairInput<T>& input, int y, KernelRows<T>* rows) {
   const KernelTag<T> d;
@@ -185,7 +185,8 @@ HWY_ATTR void ScoreRow(const PairInput<T>& input, int y, KernelRows<T>* rows) {
   const int lanes = static_cast<int>(hn::Lanes(d));
   const T* HWY_RESTRICT mask = rows->Row(kMask, y);
   T* out[7];
-  for (int k = 0; k < 7; ++k) out[k] = rows->Scratch(k);
+  for (int k = 0; k < 6; ++k) out[k] = rows->Scratch(k);
+  out[6] = rows->Row(kCost, y);
   const WindowColumns<T> taps(kSumMask, y, rows);
   const WindowColumns<T> sum_i(kSumI, y, rows);
   const WindowColumns<T> sum_w(kSumW, y, rows);
@@ -208,22 +209,22 @@ HWY_ATTR void ScoreRow(const PairInput<T>& input, int y, KernelRows<T>* rows) {
         ScoreWindows(d, valid, n, sum_i.Sum(d, x), sum_w.Sum(d, x), sum_ii.Sum(d, x),
                      sum_ww.Sum(d, x), sum_iw.Sum(d, x), floor, noise, weighted);
     hn::Store(score.omega, d, out[0] + x);
-    hn::Store(score.cost, d, out[1] + x);
-    hn::Store(score.a, d, out[2] + x);
-    hn::Store(score.b, d, out[3] + x);
-    hn::Store(score.e, d, out[4] + x);
-    hn::Store(score.c, d, out[5] + x);
-    hn::Store(score.share, d, out[6] + x);
+    hn::Store(score.a, d, out[1] + x);
+    hn::Store(score.b, d, out[2] + x);
+    hn::Store(score.e, d, out[3] + x);
+    hn::Store(score.c, d, out[4] + x);
+    hn::Store(score.share, d, out[5] + x);
+    hn::Store(score.cost, d, out[6] + x);
   }
 }
 
-// Sums A, B, E, C and share of row y, in scratch rows 2 to 6, along the row.
+// Sums A, B, E, C and share of row y, in scratch rows 1 to 5, along the row.
 template <typename T>
 HWY_ATTR void SumScores(int y, KernelRows<T>* rows) {
   const KernelTag<T> d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   for (int k = 0; k < KernelRows<T>::kTapFields; ++k) {
-    T* HWY_RESTRICT in = rows->Scratch(2 + k);
+    T* HWY_RESTRICT in = rows->Scratch(1 + k);
     std::fill(in + rows->columns, in + rows->columns + 16, T(0));
     if (rows->radius != 2) {
       RunAlong(in, kSumA + k, y, rows);
@@ -234,7 +235,7 @@ HWY_ATTR void SumScores(int y, KernelRows<T>* rows) {
   }
 }
 
-// Adds slope, curvature and share of the tile's pixels of row y to `fields`.
+// Adds cost, slope, curvature and share of the tile's pixels of row y to `fields`.
 template <typename T>
 HWY_ATTR void DifferentiateRow(const PairInput<T>& input, const Tile& tile, int y,
                                KernelRows<T>* rows, PixelFields<T>* fields) {
@@ -253,9 +254,9 @@ HWY_ATTR void DifferentiateRow(const PairInput<T>& input, const Tile& tile, int 
   const T* HWY_RESTRICT intensity = rows->Row(kI, y);
   const T* HWY_RESTRICT warped = rows->Row(kW, y);
   const T* HWY_RESTRICT slope_w = rows->Row(kD, y);
-  T* HWY_RESTRICT slope = rows->Scratch(0);
-  T* HWY_RESTRICT curvature = rows->Scratch(1);
-  T* HWY_RESTRICT share = rows->Scratch(2);
+  const T* HWY_RESTRICT cost = rows->Row(kCost, y);
+  T* HWY_RESTRICT sums_here = rows->PixelSums();
+  constexpr int kCount = PixelFields<T>::kSumCount;
   for (int x = 0; x < rows->columns; x += lanes) {
     const V dw = hn::Load(d, slope_w + x);
     V a = sums[0].Sum(d, x);
@@ -273,20 +274,14 @@ HWY_ATTR void DifferentiateRow(const PairInput<T>& input, const Tile& tile, int 
     // dE/dW; dw is zero outside Omega_ij.
     const V derivative =
         hn::NegMulAdd(hn::Load(d, intensity + x), a, hn::MulAdd(hn::Load(d, warped + x), b, e));
-    hn::Store(hn::Mul(derivative, dw), d, slope + x);
-    hn::Store(hn::Mul(c, hn::Mul(dw, dw)), d, curvature + x);
-    hn::Store(hn::Mul(tap_share, hn::Load(d, mask + x)), d, share + x);
+    hn::StoreInterleaved4(hn::Load(d, cost + x), hn::Mul(derivative, dw),
+                          hn::Mul(c, hn::Mul(dw, dw)), hn::Mul(tap_share, hn::Load(d, mask + x)), d,
+                          sums_here + static_cast<ptrdiff_t>(x) * kCount);
   }
-  const size_t first = static_cast<size_t>(y) * input.width + tile.x0;
-  T* HWY_RESTRICT slope_sum = fields->slope.data() + first;
-  T* HWY_RESTRICT curvature_sum = fields->curvature.data() + first;
-  T* HWY_RESTRICT share_sum = fields->share.data() + first;
-  slope += tile.x0 - rows->x_begin;
-  curvature += tile.x0 - rows->x_begin;
-  share += tile.x0 - rows->x_begin;
-  for (int x = 0; x < tile.x1 - tile.x0; ++x) slope_sum[x] += slope[x];
-  for (int x = 0; x < tile.x1 - tile.x0; ++x) curvature_sum[x] += curvature[x];
-  for (int x = 0; x < tile.x1 - tile.x0; ++x) share_sum[x] += share[x];
+  sums_here += static_cast<ptrdiff_t>(tile.x0 - rows->x_begin) * kCount;
+  T* HWY_RESTRICT out =
+      fields->sums.data() + (static_cast<size_t>(y) * input.width + tile.x0) * kCount;
+  for (int k = 0; k < (tile.x1 - tile.x0) * kCount; ++k) out[k] += sums_here[k];
 }
 
 }  // namespace HWY_NAMESPACE

@@ -3,17 +3,18 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <memory>
+#include <utility>
 
 #include "core/solve/symmetric_matrix.h"
 #include "core/support/parallel.h"
 #include "core/support/stopwatch.h"
-#include "costs/patch_cost.h"
+#include "costs/facet_blocks.h"
 
 namespace burin {
 namespace {
 
 constexpr int kFacetGrain = 512;
-constexpr int kPatchGrain = 256;
 
 }  // namespace
 
@@ -30,23 +31,11 @@ void PhotometricRound::FinishFreeze() {
   frozen_ = true;
 }
 
-void PhotometricRound::AddResiduals(ceres::Problem* problem, RoundParameters* parameters) {
-  parameters_ = parameters;
-  std::vector<Eigen::Vector3d>& vertices = parameters->vertices;
-  std::vector<int> seen;
-  for (size_t v = 0; v < vertices.size(); ++v) {
-    if (context_.seen[v] != 0) seen.push_back(static_cast<int>(v));
-  }
-  patches_.resize(seen.size());
-  ParallelFor(static_cast<int>(seen.size()), kPatchGrain, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k) patches_[k] = new PatchCost(this, seen[k]);
-  });
-  std::vector<double*> blocks;
-  for (PatchCost* cost : patches_) {
-    blocks.clear();
-    for (int block : cost->blocks()) blocks.push_back(vertices[block].data());
-    problem->AddResidualBlock(cost, nullptr, blocks);
-  }
+void PhotometricRound::AddBlocks(RoundEnergy* energy) {
+  parameters_ = &energy->parameters();
+  auto blocks = std::make_unique<FacetBlocks>(this);
+  blocks_ = blocks.get();
+  energy->Add(std::move(blocks));
 }
 
 void PhotometricRound::MarkSupported(const std::vector<Eigen::Vector3d>& vertices,
@@ -62,15 +51,8 @@ void PhotometricRound::MarkSupported(const std::vector<Eigen::Vector3d>& vertice
 
 void PhotometricRound::PrepareForEvaluation(bool /*evaluate_jacobians*/,
                                             bool /*new_evaluation_point*/) {
-  const int64_t before = evaluations_;
   Evaluate(parameters_->vertices, /*derivatives=*/true);
-  if (evaluations_ == before && linearized_) return;
-  ParallelFor(static_cast<int>(patches_.size()), kPatchGrain, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k) {
-      if (patches_[k]->ExpectsResiduals()) patches_[k]->Linearize();
-    }
-  });
-  linearized_ = true;
+  blocks_->FactorForCeres();
 }
 
 void PhotometricRound::EvaluateSample(const PairSample& sample, bool squares_only,
@@ -111,7 +93,6 @@ double PhotometricRound::Evaluate(const std::vector<Eigen::Vector3d>& vertices, 
   });
   have_energy_ = true;
   have_derivatives_ = derivatives;
-  linearized_ = false;
   ++evaluations_;
   seconds_ += watch.Seconds();
   return energy_;
@@ -138,7 +119,6 @@ std::vector<FacetScore> PhotometricRound::FacetScores(const std::vector<Eigen::V
 void PhotometricRound::Forget() {
   have_energy_ = false;
   have_derivatives_ = false;
-  linearized_ = false;
 }
 
 nlohmann::json PhotometricRound::Report() const {

@@ -30,7 +30,7 @@
 
 namespace burin {
 
-class PatchCost;
+class FacetBlocks;
 
 class PhotometricRound : public TermRound, public ceres::EvaluationCallback {
  public:
@@ -38,7 +38,7 @@ class PhotometricRound : public TermRound, public ceres::EvaluationCallback {
   PhotometricRound(const PhotometricOptions& options, bool hold_back_squares,
                    ViewEvaluation* view_evaluation, const RoundContext& context);
 
-  void AddResiduals(ceres::Problem* problem, RoundParameters* parameters) override;
+  void AddBlocks(RoundEnergy* energy) override;
   void FinishFreeze() override;  // the masks
   // The vertices of facets with a tap of a window that counts. An evaluation, which is remembered.
   void MarkSupported(const std::vector<Eigen::Vector3d>& vertices,
@@ -49,7 +49,7 @@ class PhotometricRound : public TermRound, public ceres::EvaluationCallback {
   void Forget() override;
   nlohmann::json Report() const override;
 
-  // ceres::EvaluationCallback. Evaluates at the positions given to AddResiduals. Derivatives are
+  // ceres::EvaluationCallback. Evaluates at the positions of the energy given to AddBlocks. Derivatives are
   // made even when only residuals are asked for: the trust-region solvers ask for them next, at the
   // same point, whenever they accept the step.
   void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
@@ -83,12 +83,11 @@ class PhotometricRound : public TermRound, public ceres::EvaluationCallback {
   FrozenWindows windows_;
   bool frozen_ = false;  // windows_ is made
   const RoundParameters* parameters_ = nullptr;
-  std::vector<PatchCost*> patches_;  // owned by the round's problem
+  FacetBlocks* blocks_ = nullptr;  // owned by the round's energy
 
   std::vector<Eigen::Vector3d> positions_;  // last evaluated
   bool have_energy_ = false;
   bool have_derivatives_ = false;
-  bool linearized_ = false;  // the patches, at positions_
   double energy_ = 0;
   ViewEvaluation::Output output_;
   std::vector<Eigen::Vector3d> normals_;  // area normals of the facets

@@ -1,6 +1,9 @@
 #include "costs/smoothness_energy.h"
 
 #include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "core/support/parallel.h"
 #include "costs/stencil_cost.h"
@@ -14,15 +17,15 @@ class SmoothnessRound : public TermRound {
  public:
   SmoothnessRound(const SmoothnessOptions& options, const RoundContext& context)
       : options_(options), context_(context) {}
-  void AddResiduals(ceres::Problem* problem, RoundParameters* parameters) override;
+  void AddBlocks(RoundEnergy* energy) override;
   void SupportIsKnown() override;
 
  private:
   Stencil MakeStencil(int v) const;
   const SmoothnessOptions options_;
   const RoundContext& context_;
-  std::vector<Stencil> stencils_;    // by vertex; empty once the support is known
-  std::vector<StencilCost*> costs_;  // by vertex, null where there is none; owned by the problem
+  std::vector<int> vertex_;          // of each block
+  StencilBlocks* blocks_ = nullptr;  // owned by the round's energy
 };
 
 Stencil SmoothnessRound::MakeStencil(int v) const {
@@ -36,42 +39,49 @@ Stencil SmoothnessRound::MakeStencil(int v) const {
   return UmbrellaStencil(v, context_.neighbors, context_.boundary);
 }
 
-void SmoothnessRound::AddResiduals(ceres::Problem* problem, RoundParameters* parameters) {
+void SmoothnessRound::AddBlocks(RoundEnergy* energy) {
   if (options_.type == SmoothnessType::kNone || options_.weight == 0) return;
-  std::vector<Eigen::Vector3d>& vertices = parameters->vertices;
+  const std::vector<Eigen::Vector3d>& vertices = energy->parameters().vertices;
   const auto count = static_cast<int>(vertices.size());
-  stencils_.resize(count);
-  costs_.assign(count, nullptr);
+  std::vector<Stencil> stencils(count);
   ParallelFor(count, kVertexGrain, [&](int begin, int end) {
     for (int v = begin; v < end; ++v) {
-      stencils_[v] = MakeStencil(v);
-      if (stencils_[v].vertex.empty()) continue;
       double edge_length = 0;
       for (const int* n = context_.neighbors.Begin(v); n != context_.neighbors.End(v); ++n) {
         edge_length += (vertices[*n] - vertices[v]).norm();
       }
       edge_length /= context_.neighbors.Degree(v);
       if (!(edge_length > 0)) continue;
-      costs_[v] =
-          new StencilCost(stencils_[v].coefficient, std::sqrt(options_.weight) / edge_length);
+      stencils[v] = MakeStencil(v);
+      for (double& c : stencils[v].coefficient) c *= std::sqrt(options_.weight) / edge_length;
     }
   });
-  std::vector<double*> blocks;
+  Adjacency adjacency;
+  adjacency.start.push_back(0);
+  std::vector<double> coefficients;
   for (int v = 0; v < count; ++v) {
-    if (costs_[v] == nullptr) continue;
-    blocks.clear();
-    for (int vertex : stencils_[v].vertex) blocks.push_back(vertices[vertex].data());
-    problem->AddResidualBlock(costs_[v], nullptr, blocks);
+    if (stencils[v].vertex.empty()) continue;
+    vertex_.push_back(v);
+    adjacency.index.insert(adjacency.index.end(), stencils[v].vertex.begin(),
+                           stencils[v].vertex.end());
+    adjacency.start.push_back(static_cast<int>(adjacency.index.size()));
+    coefficients.insert(coefficients.end(), stencils[v].coefficient.begin(),
+                        stencils[v].coefficient.end());
   }
+  adjacency.index.shrink_to_fit();
+  coefficients.shrink_to_fit();
+  auto blocks =
+      std::make_unique<StencilBlocks>(std::move(adjacency), std::move(coefficients), &vertices);
+  blocks_ = blocks.get();
+  energy->Add(std::move(blocks));
 }
 
 void SmoothnessRound::SupportIsKnown() {
-  for (size_t v = 0; v < costs_.size(); ++v) {
-    if (costs_[v] == nullptr || context_.keeps_shape[v] == 0) continue;
-    costs_[v]->SetTarget(Apply(stencils_[v], context_.mesh->vertices));
+  for (size_t k = 0; k < vertex_.size(); ++k) {
+    if (context_.keeps_shape[vertex_[k]] == 0) continue;
+    blocks_->SetRest(static_cast<int>(k), context_.mesh->vertices);
   }
-  stencils_ = {};
-  costs_ = {};
+  vertex_ = {};
 }
 
 }  // namespace

@@ -59,15 +59,20 @@ HWY_INLINE void GatherColumns(D d, DI /*di*/, const T* coefficients, size_t stri
 
 #if HWY_TARGET != HWY_SCALAR
 
-// Four neighbours at a in the lower block and, where vectors have two, at b in the upper.
-template <class D>
-HWY_INLINE hn::Vec<D> LoadBlocks(D d, const float* a, const float* b) {
+// Four neighbours at each of the points k, k + 4, ... of a vector, one point a block.
+template <int k, class D>
+HWY_INLINE hn::Vec<D> LoadBlocks(D d, const float* coefficients, const int32_t* at) {
 #if HWY_MAX_BYTES < 32
-  (void)b;
-  return hn::LoadU(d, a);
-#else
+  return hn::LoadU(d, coefficients + at[k]);
+#elif HWY_MAX_BYTES < 64
   const hn::Half<D> block;
-  return hn::Combine(d, hn::LoadU(block, b), hn::LoadU(block, a));
+  return hn::Combine(d, hn::LoadU(block, coefficients + at[k + 4]),
+                     hn::LoadU(block, coefficients + at[k]));
+#else
+  hn::Vec<D> blocks = hn::LoadDup128(d, coefficients + at[k + 12]);
+  blocks = hn::IfThenElse(hn::FirstN(d, 12), hn::LoadDup128(d, coefficients + at[k + 8]), blocks);
+  blocks = hn::IfThenElse(hn::FirstN(d, 8), hn::LoadDup128(d, coefficients + at[k + 4]), blocks);
+  return hn::IfThenElse(hn::FirstN(d, 4), hn::LoadDup128(d, coefficients + at[k]), blocks);
 #endif
 }
 
@@ -85,22 +90,18 @@ HWY_INLINE void TransposeBlocks(D d, V v[4]) {
   v[3] = hn::BitCast(d, hn::InterleaveUpper(dd, upper01, upper23));
 }
 
-// Points k and k + 4: the four rows of coefficients around them, combined along y.
-template <bool kDerivatives, int k, class D, class V = hn::Vec<D>>
-HWY_INLINE void CombineRows(D d, const float* coefficients, const int32_t* at, size_t stride,
-                            const V wy[4], const V sy[4], V rows[4], V slopes[4]) {
-  const float* a = coefficients + at[k];
-  const float* b = coefficients + at[hn::MaxLanes(d) > 4 ? k + 4 : k];
-  const V r0 = LoadBlocks(d, a, b);
-  const V r1 = LoadBlocks(d, a + stride, b + stride);
-  const V r2 = LoadBlocks(d, a + 2 * stride, b + 2 * stride);
-  const V r3 = LoadBlocks(d, a + 3 * stride, b + 3 * stride);
-  const V sum = hn::MulAdd(r1, hn::Broadcast<k>(wy[1]), hn::Mul(r0, hn::Broadcast<k>(wy[0])));
-  rows[k] = hn::MulAdd(r3, hn::Broadcast<k>(wy[3]), hn::MulAdd(r2, hn::Broadcast<k>(wy[2]), sum));
-  if (!kDerivatives) return;
-  const V slope = hn::MulAdd(r1, hn::Broadcast<k>(sy[1]), hn::Mul(r0, hn::Broadcast<k>(sy[0])));
-  slopes[k] =
-      hn::MulAdd(r3, hn::Broadcast<k>(sy[3]), hn::MulAdd(r2, hn::Broadcast<k>(sy[2]), slope));
+// Adds row r of the coefficients at every point, `row` pointing to it, to GatherColumns' sums.
+template <bool kDerivatives, int r, class D, class V = hn::Vec<D>>
+HWY_INLINE void AddRow(D d, const float* row, const int32_t* at, const V wy[4], const V sy[4],
+                       V rows[4], V slopes[4]) {
+  V column[4] = {LoadBlocks<0>(d, row, at), LoadBlocks<1>(d, row, at), LoadBlocks<2>(d, row, at),
+                 LoadBlocks<3>(d, row, at)};
+  TransposeBlocks(d, column);
+  for (int k = 0; k < 4; ++k) {
+    rows[k] = r == 0 ? hn::Mul(column[k], wy[0]) : hn::MulAdd(column[k], wy[r], rows[k]);
+    if (!kDerivatives) continue;
+    slopes[k] = r == 0 ? hn::Mul(column[k], sy[0]) : hn::MulAdd(column[k], sy[r], slopes[k]);
+  }
 }
 
 // GatherColumns in single precision, where four neighbouring coefficients are one block: four loads
@@ -111,12 +112,10 @@ HWY_INLINE void LoadColumns(D d, DI di, const float* coefficients, size_t stride
                             V slopes[4]) {
   alignas(64) int32_t at[hn::MaxLanes(d)];
   hn::Store(offset, di, at);
-  CombineRows<kDerivatives, 0>(d, coefficients, at, stride, wy, sy, rows, slopes);
-  CombineRows<kDerivatives, 1>(d, coefficients, at, stride, wy, sy, rows, slopes);
-  CombineRows<kDerivatives, 2>(d, coefficients, at, stride, wy, sy, rows, slopes);
-  CombineRows<kDerivatives, 3>(d, coefficients, at, stride, wy, sy, rows, slopes);
-  TransposeBlocks(d, rows);
-  if (kDerivatives) TransposeBlocks(d, slopes);
+  AddRow<kDerivatives, 0>(d, coefficients, at, wy, sy, rows, slopes);
+  AddRow<kDerivatives, 1>(d, coefficients + stride, at, wy, sy, rows, slopes);
+  AddRow<kDerivatives, 2>(d, coefficients + 2 * stride, at, wy, sy, rows, slopes);
+  AddRow<kDerivatives, 3>(d, coefficients + 3 * stride, at, wy, sy, rows, slopes);
 }
 
 #endif  // HWY_TARGET != HWY_SCALAR

@@ -85,36 +85,21 @@ Stencil CotangentStencil(int v, const TriangleMesh& mesh, const Adjacency& neigh
   return stencil;
 }
 
-Eigen::Vector3d Apply(const Stencil& stencil, const std::vector<Eigen::Vector3d>& positions) {
-  Eigen::Vector3d value = Eigen::Vector3d::Zero();
-  for (size_t k = 0; k < stencil.vertex.size(); ++k) {
-    value += stencil.coefficient[k] * positions[stencil.vertex[k]];
-  }
-  return value;
-}
-
 StencilCost::StencilCost(std::vector<double> coefficients, double scale,
                          const Eigen::Vector3d& target)
-    : coefficients_(std::move(coefficients)), scale_(scale), offset_(-scale * target) {
+    : coefficients_(std::move(coefficients)), offset_(-scale * target) {
   for (double& c : coefficients_) c *= scale;
   set_num_residuals(3);
   mutable_parameter_block_sizes()->assign(coefficients_.size(), 3);
 }
 
-void StencilCost::SetTarget(const Eigen::Vector3d& target) { offset_ = -scale_ * target; }
-
-Eigen::Vector3d StencilCost::Residual(double const* const* parameters) const {
-  Eigen::Vector3d r = offset_;
-  for (size_t k = 0; k < coefficients_.size(); ++k) {
-    r += coefficients_[k] * Eigen::Map<const Eigen::Vector3d>(parameters[k]);
-  }
-  return r;
-}
-
 bool StencilCost::Evaluate(double const* const* parameters, double* residuals,
                            double** jacobians) const {
   Eigen::Map<Eigen::Vector3d> r(residuals);
-  r = Residual(parameters);
+  r = offset_;
+  for (size_t k = 0; k < coefficients_.size(); ++k) {
+    r += coefficients_[k] * Eigen::Map<const Eigen::Vector3d>(parameters[k]);
+  }
   if (jacobians == nullptr) return true;
   for (size_t k = 0; k < coefficients_.size(); ++k) {
     if (jacobians[k] == nullptr) continue;
@@ -125,19 +110,40 @@ bool StencilCost::Evaluate(double const* const* parameters, double* residuals,
   return true;
 }
 
-bool StencilCost::EvaluateTangent(double const* const* parameters,
-                                  const TangentDirections* directions, double* cost,
-                                  double* gradient, double* curvature) const {
-  const Eigen::Vector3d r = Residual(parameters);
-  *cost = 0.5 * r.squaredNorm();
+StencilBlocks::StencilBlocks(Adjacency vertices, std::vector<double> coefficients,
+                             const std::vector<Eigen::Vector3d>* positions)
+    : EnergyBlocks(std::move(vertices)),
+      coefficients_(std::move(coefficients)),
+      positions_(positions) {}
+
+void StencilBlocks::SetRest(int k, const std::vector<Eigen::Vector3d>& rest) {
+  if (offsets_.empty()) offsets_.assign(size(), Eigen::Vector3d::Zero());
+  offsets_[k].setZero();
+  offsets_[k] = -Sum(k, rest);
+}
+
+Eigen::Vector3d StencilBlocks::Sum(int k, const std::vector<Eigen::Vector3d>& positions) const {
+  Eigen::Vector3d r = Eigen::Vector3d::Zero();
+  for (int e = parameters_.start[k]; e < parameters_.start[k + 1]; ++e) {
+    r += coefficients_[e] * positions[parameters_.index[e]];
+  }
+  return r;
+}
+
+bool StencilBlocks::Evaluate(int k, const TangentDirections* directions, double* energy,
+                             double* gradient, double* curvature) const {
+  Eigen::Vector3d r = Sum(k, *positions_);
+  if (!offsets_.empty()) r += offsets_[k];
+  *energy = 0.5 * r.squaredNorm();
   if (gradient == nullptr) return true;
   // J's columns, one an unknown.
   static thread_local std::vector<Eigen::Vector3d> columns;
   columns.clear();
-  for (size_t k = 0; k < coefficients_.size(); ++k) {
-    const auto& [plus, count] = directions[k];
+  const double* coefficient = &coefficients_[parameters_.start[k]];
+  for (int p = 0; p < parameters_.Degree(k); ++p) {
+    const auto& [plus, count] = directions[p];
     for (int c = 0; c < count; ++c) {
-      columns.emplace_back(coefficients_[k] *
+      columns.emplace_back(coefficient[p] *
                            Eigen::Vector3d(plus[c], plus[count + c], plus[2 * count + c]));
     }
   }
@@ -150,6 +156,19 @@ bool StencilCost::EvaluateTangent(double const* const* parameters,
     }
   }
   return true;
+}
+
+CostFunctions StencilBlocks::MakeCostFunctions() const {
+  CostFunctions made;
+  made.parameters = parameters_;
+  made.costs.reserve(size());
+  for (int k = 0; k < size(); ++k) {
+    made.costs.push_back(std::make_unique<StencilCost>(
+        std::vector<double>(coefficients_.begin() + parameters_.start[k],
+                            coefficients_.begin() + parameters_.start[k + 1]),
+        1.0, offsets_.empty() ? Eigen::Vector3d(0, 0, 0) : Eigen::Vector3d(-offsets_[k])));
+  }
+  return made;
 }
 
 }  // namespace burin

@@ -1,4 +1,4 @@
-// Smoothness residuals: a linear stencil on vertex positions as one Ceres cost function.
+// Smoothness residuals: linear stencils on vertex positions, as blocks of the energy and as Ceres cost functions.
 //
 //   r(V) = s * (sum_k c_k V_k - b)   (3 residuals),   dr/dV_k = s * c_k * I_3
 //
@@ -8,10 +8,13 @@
 // Coefficients and s are constants of the round.
 #pragma once
 
+#include <ceres/cost_function.h>
+
+#include <memory>
 #include <vector>
 
 #include "core/mesh/mesh.h"
-#include "core/solve/tangent_cost.h"
+#include "core/solve/energy_blocks.h"
 
 namespace burin {
 
@@ -34,25 +37,38 @@ Stencil BiLaplacianStencil(int v, const Adjacency& neighbors, const std::vector<
 Stencil CotangentStencil(int v, const TriangleMesh& mesh, const Adjacency& neighbors,
                          const Adjacency& faces, const std::vector<char>& boundary);
 
-// The stencil's value on given positions.
-Eigen::Vector3d Apply(const Stencil& stencil, const std::vector<Eigen::Vector3d>& positions);
-
-class StencilCost : public TangentCost {
+class StencilCost : public ceres::CostFunction {
  public:
   StencilCost(std::vector<double> coefficients, double scale,
               const Eigen::Vector3d& target = Eigen::Vector3d::Zero());
-  void SetTarget(const Eigen::Vector3d& target);  // b
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
-  bool EvaluateTangent(double const* const* parameters, const TangentDirections* directions,
-                       double* cost, double* gradient, double* curvature) const override;
 
  private:
-  Eigen::Vector3d Residual(double const* const* parameters) const;
-
   std::vector<double> coefficients_;  // already multiplied by the scale
-  const double scale_;
-  Eigen::Vector3d offset_;  // -s * b
+  const Eigen::Vector3d offset_;      // -s * b
+};
+
+// The stencils of a round, one a block: energy 1/2 |r|^2. Its parameters are vertices, by their numbers.
+class StencilBlocks : public EnergyBlocks {
+ public:
+  // `coefficients` of every entry of `vertices`, already multiplied by the stencil's s; b = 0. `positions` are the
+  // vertices, read where an evaluation needs them; they outlive this.
+  StencilBlocks(Adjacency vertices, std::vector<double> coefficients,
+                const std::vector<Eigen::Vector3d>* positions);
+  // b of block k becomes the stencil's value on `rest`, in place of 0.
+  void SetRest(int k, const std::vector<Eigen::Vector3d>& rest);
+
+  bool Evaluate(int k, const TangentDirections* directions, double* energy, double* gradient,
+                double* curvature) const override;
+  CostFunctions MakeCostFunctions() const override;
+
+ private:
+  Eigen::Vector3d Sum(int k, const std::vector<Eigen::Vector3d>& positions) const;
+
+  std::vector<double> coefficients_;
+  const std::vector<Eigen::Vector3d>* positions_;
+  std::vector<Eigen::Vector3d> offsets_;  // -s * b; empty while all are 0
 };
 
 }  // namespace burin

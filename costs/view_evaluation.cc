@@ -16,6 +16,7 @@ namespace {
 
 constexpr int kRowGrain = 32;
 constexpr int kFacetGrain = 512;
+constexpr int kFacetsAhead = 4;  // fetched while a facet is summed: they come from all over memory
 
 // Maps a pixel (x, y, 1) of the reference and its inverse depth s to the second image:
 // q ~ warp * (x, y, 1) + epipole * s.
@@ -100,6 +101,7 @@ class ViewEvaluationIn : public ViewEvaluation {
 
     ParallelFor(facets, kFacetGrain, [&](int begin, int end) {
       for (int k = begin; k < end; ++k) {
+        if (k + kFacetsAhead < end) Prefetch(domain, k + kFacetsAhead, output->sums);
         if (output->scores != nullptr) {
           ScoreFacet(domain, k, frozen.squares_only, &(*output->scores)[domain.facet[k]]);
         }
@@ -144,44 +146,69 @@ class ViewEvaluationIn : public ViewEvaluation {
     const HeldBackSquares squares(options_.window);
     for (const ImagePixel pixel : domain.PixelsOf(k)) {
       if (squares_only && !squares.Judge(pixel.column, pixel.row)) continue;
-      score->cost += fields_.cost[pixel.index];
+      score->cost += fields_.Of(pixel.index)[PixelFields<T>::kCost];
       score->weight += fields_.weight[pixel.index];
     }
   }
 
+  void Prefetch(const ViewDomain& domain, int k, const std::vector<CornerSums>& sums) const {
+    const uint32_t* const last = domain.pixel.data() + domain.start[3 * static_cast<size_t>(k) + 3];
+    const uint32_t* pixel = domain.pixel.data() + domain.start[3 * static_cast<size_t>(k)];
+    for (; pixel != last; ++pixel) __builtin_prefetch(fields_.Of(*pixel));
+    const CornerSums* corners = &sums[3 * static_cast<size_t>(domain.facet[k])];
+    for (int corner = 0; corner < 3; ++corner) __builtin_prefetch(corners + corner, 1);
+  }
+
   // Adds the pixels of a facet to the sums of its three corners.
   void GatherFacet(const ViewDomain& domain, int k, bool derivatives, CornerSums* totals) const {
+    if (!derivatives) {
+      for (int corner = 0; corner < 3; ++corner) {
+        T cost = 0;  // as below
+        for (const ImagePixel pixel : domain.PixelsOf(k, corner)) {
+          cost += *fields_.Of(pixel.index);
+        }
+        totals[corner].cost += cost;
+      }
+      return;
+    }
+    // -u_k / offset at the facet's first pixel, and by how much they change along x and y.
+    using Four = Eigen::Array<T, 4, 1>;
     const FacetPencil& pencil = pencils_[k];
-    const Eigen::Matrix3d& u = pencil.coefficients;
-    const double scale = -1 / pencil.offset;
+    const ImagePixel origin = *domain.PixelsOf(k).begin();
+    const Eigen::Matrix3d u = pencil.coefficients * (-1 / pencil.offset);
+    const Eigen::Vector3d u_origin = u * Eigen::Vector3d(origin.x(), origin.y(), 1);
+    // Of k = 0, 1, 2, and of 1, 2, 0 for the products.
+    const auto lanes = [](const Eigen::Vector3d& v) { return Four(v[0], v[1], v[2], 0); };
+    const auto turned = [](const Eigen::Vector3d& v) { return Four(v[1], v[2], v[0], 0); };
+    const Four at_origin[2] = {lanes(u_origin), turned(u_origin)};
+    const Four along_x[2] = {lanes(u.col(0)), turned(u.col(0))};
+    const Four along_y[2] = {lanes(u.col(1)), turned(u.col(1))};
     for (int corner = 0; corner < 3; ++corner) {
-      CornerSums local;
+      Four sums = Four::Zero();
+      Four slope = Four::Zero();
+      Four squares = Four::Zero();   // (0,0) (1,1) (2,2)
+      Four products = Four::Zero();  // (0,1) (1,2) (2,0)
       for (const ImagePixel pixel : domain.PixelsOf(k, corner)) {
-        local.cost += fields_.cost[pixel.index];
-        if (!derivatives) continue;
-        const double x = pixel.x();
-        const double y = pixel.y();
-        const double u0 = scale * (u(0, 0) * x + u(0, 1) * y + u(0, 2));
-        const double u1 = scale * (u(1, 0) * x + u(1, 1) * y + u(1, 2));
-        const double u2 = scale * (u(2, 0) * x + u(2, 1) * y + u(2, 2));
-        const double slope = fields_.slope[pixel.index];
-        const double curvature = fields_.curvature[pixel.index];
-        local.share += fields_.share[pixel.index];
-        local.slope[0] += slope * u0;
-        local.slope[1] += slope * u1;
-        local.slope[2] += slope * u2;
-        local.curvature[0] += curvature * u0 * u0;
-        local.curvature[1] += curvature * u0 * u1;
-        local.curvature[2] += curvature * u0 * u2;
-        local.curvature[3] += curvature * u1 * u1;
-        local.curvature[4] += curvature * u1 * u2;
-        local.curvature[5] += curvature * u2 * u2;
+        const Four here = Eigen::Map<const Four>(fields_.Of(pixel.index));
+        const auto dx = static_cast<T>(pixel.column - origin.column);
+        const auto dy = static_cast<T>(pixel.row - origin.row);
+        const Four at = at_origin[0] + along_x[0] * dx + along_y[0] * dy;
+        const Four weighted = at * here[PixelFields<T>::kCurvature];
+        sums += here;
+        slope += at * here[PixelFields<T>::kSlope];
+        squares += weighted * at;
+        products += weighted * (at_origin[1] + along_x[1] * dx + along_y[1] * dy);
       }
       CornerSums& total = totals[corner];
-      total.cost += local.cost;
-      total.share += local.share;
-      for (int c = 0; c < 3; ++c) total.slope[c] += local.slope[c];
-      for (int c = 0; c < 6; ++c) total.curvature[c] += local.curvature[c];
+      total.cost += sums[PixelFields<T>::kCost];
+      total.share += sums[PixelFields<T>::kShare];
+      for (int c = 0; c < 3; ++c) total.slope[c] += slope[c];
+      total.curvature[0] += squares[0];
+      total.curvature[1] += products[0];
+      total.curvature[2] += products[2];
+      total.curvature[3] += squares[1];
+      total.curvature[4] += products[1];
+      total.curvature[5] += squares[2];
     }
   }
 

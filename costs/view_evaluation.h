@@ -20,6 +20,12 @@ struct CornerSums {
       0;  // of the cost of all windows that have a tap there: a window gives each tap cost / n
   double slope[3] = {0, 0, 0};
   double curvature[6] = {0, 0, 0, 0, 0, 0};  // (0,0) (0,1) (0,2) (1,1) (1,2) (2,2)
+
+  // Where (k, l) and (l, k) are in `curvature`.
+  static constexpr int Packed(int k, int l) {
+    constexpr int kPacked[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+    return kPacked[k][l];
+  }
 };
 
 // Sums over the windows centred in one facet, of all pairs.

@@ -3,14 +3,16 @@
 
 #include <ceres/autodiff_cost_function.h>
 #include <ceres/crs_matrix.h>
-#include <ceres/problem.h>
+#include <ceres/loss_function.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/SparseCore>
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
 #include "core/refine/round.h"
+#include "core/solve/ceres_problem.h"
 #include "core/solve/motion.h"
 #include "core/solve/sparse_cholesky.h"
 #include "core/solve/strategies.h"
@@ -41,24 +43,25 @@ struct Round {
     photometric = photometric_term.FreezeRound(context);
     smoothness = smoothness_term.Freeze(context);
     parameters.vertices = mesh.vertices;
-    ceres::Problem::Options options;
-    options.evaluation_callback = photometric.get();
-    problem = std::make_unique<ceres::Problem>(options);
-    photometric->AddResiduals(problem.get(), &parameters);
-    smoothness->AddResiduals(problem.get(), &parameters);
+    energy = std::make_unique<RoundEnergy>(&parameters);
+    energy->BeginTerm("photometric");
+    photometric->AddBlocks(energy.get());
+    energy->BeginTerm("smoothness");
+    smoothness->AddBlocks(energy.get());
+    energy->BeginTerm("user");
     for (size_t v = 0; v < positions.size(); v += 5) {
-      problem->AddResidualBlock(
-          new ceres::AutoDiffCostFunction<ScaledDistance, 3, 3, 2>(new ScaledDistance), nullptr,
-          positions[v].data(), extra);
+      energy->Add(std::make_unique<ceres::AutoDiffCostFunction<ScaledDistance, 3, 3, 2>>(
+                      new ScaledDistance),
+                  nullptr, {positions[v].data(), extra});
     }
-    for (size_t v = 0; v < positions.size(); ++v) {
-      double* block = positions[v].data();
-      if (!problem->HasParameterBlock(block)) continue;
-      order.push_back(block);
+    lines.reserve(positions.size());
+    for (const int v : energy->Used()) {
+      if (v >= static_cast<int>(positions.size())) continue;
       if (context.normals[v].isZero() || v % 7 == 3) {
-        problem->SetParameterBlockConstant(block);
+        energy->SetConstant(v);
+        ++constant;
       } else if (motion == Motion::kNormal) {
-        problem->SetManifold(block, new LineAlongNormal(context.normals[v]));
+        energy->SetManifold(v, &lines.emplace_back(context.normals[v]));
       }
     }
   }
@@ -74,8 +77,9 @@ struct Round {
   RoundParameters parameters;
   std::vector<Eigen::Vector3d>& positions = parameters.vertices;
   double extra[2] = {0.2, -0.4};
-  std::vector<double*> order;
-  std::unique_ptr<ceres::Problem> problem;
+  std::vector<LineAlongNormal> lines;
+  int constant = 0;
+  std::unique_ptr<RoundEnergy> energy;
 };
 
 using Sparse = Eigen::SparseMatrix<double, Eigen::RowMajor>;
@@ -95,24 +99,20 @@ Sparse ToEigen(const SymmetricMatrix& matrix) {
 TEST(NormalEquations, AgreeWithCeresJacobian) {
   for (const Motion motion : {Motion::kNormal, Motion::kFree}) {
     Round round(motion);
-    NormalEquations equations(round.problem.get(), round.photometric.get(), round.order);
+    NormalEquations equations(*round.energy, round.photometric.get());
+    const CeresProblem problem(*round.energy, round.photometric.get());
     ceres::Problem::EvaluateOptions evaluate;
-    int constant = 0;
-    for (double* block : round.order) {
-      constant += round.problem->IsParameterBlockConstant(block) ? 1 : 0;
-      if (!round.problem->IsParameterBlockConstant(block)) {
-        evaluate.parameter_blocks.push_back(block);
-      }
+    for (const int p : round.energy->Moving()) {
+      evaluate.parameter_blocks.push_back(round.energy->Values(p));
     }
-    EXPECT_GT(constant, 10);
-    evaluate.parameter_blocks.push_back(round.extra);
+    EXPECT_GT(round.constant, 10);
+    EXPECT_EQ(evaluate.parameter_blocks.back(), round.extra);
     // Twice, at different points: what is kept between evaluations must not leak.
     for (int repeat = 0; repeat < 2; ++repeat) {
       double reference_cost = 0;
       std::vector<double> reference_gradient;
       ceres::CRSMatrix crs;
-      ASSERT_TRUE(
-          round.problem->Evaluate(evaluate, &reference_cost, nullptr, &reference_gradient, &crs));
+      ASSERT_TRUE(problem->Evaluate(evaluate, &reference_cost, nullptr, &reference_gradient, &crs));
       const Eigen::Map<const Sparse> jacobian(crs.num_rows, crs.num_cols,
                                               static_cast<long>(crs.values.size()), crs.rows.data(),
                                               crs.cols.data(), crs.values.data());
@@ -157,7 +157,7 @@ TEST(NormalEquations, AgreeWithCeresJacobian) {
 
 // The worked example of docs/extending.md: Gauss-Newton with Cholesky and step halving.
 SolveSummary SolveGaussNewton(const SolveTask& task, const SolverOptions& options) {
-  NormalEquations equations(task.problem, task.evaluation_callback, task.blocks);
+  NormalEquations equations(*task.energy, task.evaluation_callback);
   SolveSummary summary;
   summary.unknowns = equations.unknowns();
   double cost = 0;
@@ -205,10 +205,9 @@ SolveSummary SolveGaussNewton(const SolveTask& task, const SolverOptions& option
 
 SolveTask TaskOf(Round* round) {
   SolveTask task;
-  task.problem = round->problem.get();
+  task.energy = round->energy.get();
   task.evaluation_callback = round->photometric.get();
   task.vertices = &round->positions;
-  task.blocks = round->order;
   task.context = &round->context;
   return task;
 }
@@ -232,17 +231,17 @@ TEST(OwnStrategies, LowerTheEnergyAndKeepConstantBlocks) {
       EXPECT_TRUE(summary.usable);
       EXPECT_LT(summary.final_energy, 0.95 * summary.initial_energy);
       double energy = 0;
-      ASSERT_TRUE(round.problem->Evaluate(ceres::Problem::EvaluateOptions(), &energy, nullptr,
-                                          nullptr, nullptr));
+      const CeresProblem problem(*round.energy, round.photometric.get());
+      ASSERT_TRUE(
+          problem->Evaluate(ceres::Problem::EvaluateOptions(), &energy, nullptr, nullptr, nullptr));
       EXPECT_NEAR(energy, summary.final_energy, 1e-12 * energy);
       ASSERT_FALSE(records.empty());
       // Ceres does not report the step that ends a line search by tolerance.
       EXPECT_GE(records.back().energy, summary.final_energy);
       EXPECT_GT(records.back().step_norm, 0);
+      const std::vector<int> moving = round.energy->Moving();
       for (size_t v = 0; v < before.size(); ++v) {
-        double* block = round.positions[v].data();
-        if (!round.problem->HasParameterBlock(block) ||
-            round.problem->IsParameterBlockConstant(block)) {
+        if (!std::binary_search(moving.begin(), moving.end(), static_cast<int>(v))) {
           EXPECT_EQ(round.positions[v], before[v]);
         }
       }
@@ -266,7 +265,7 @@ TEST(OwnStrategies, LmPcgLeavesWhenTheNextStepIsShort) {
   // A limit between the fourth and the shortest earlier step: three steps are taken.
   const double earlier = std::min({steps[0], steps[1], steps[2]});
   ASSERT_LT(steps[3], earlier);
-  NormalEquations equations(round.problem.get(), round.photometric.get(), round.order);
+  NormalEquations equations(*round.energy, round.photometric.get());
   const double moving = static_cast<double>(equations.moving_blocks().size());
   Round again(Motion::kNormal);
   task = TaskOf(&again);
@@ -277,22 +276,55 @@ TEST(OwnStrategies, LmPcgLeavesWhenTheNextStepIsShort) {
 
 TEST(NormalEquations, ConstantBlocksStay) {
   Round round(Motion::kFree);
-  NormalEquations equations(round.problem.get(), round.photometric.get(), round.order);
+  NormalEquations equations(*round.energy, round.photometric.get());
   const std::vector<Eigen::Vector3d> before = round.positions;
   NormalEquations::State state;
   equations.Save(&state);
   ASSERT_TRUE(equations.SetPlus(state, Eigen::VectorXd::Ones(equations.unknowns())));
+  const std::vector<int> moving = round.energy->Moving();
   for (size_t v = 0; v < before.size(); ++v) {
-    double* block = round.positions[v].data();
-    const bool constant =
-        !round.problem->HasParameterBlock(block) || round.problem->IsParameterBlockConstant(block);
+    const bool constant = !std::binary_search(moving.begin(), moving.end(), static_cast<int>(v));
     EXPECT_EQ(round.positions[v], before[v] + (constant ? 0.0 : 1.0) * Eigen::Vector3d::Ones());
   }
   equations.Restore(state);
   EXPECT_EQ(round.positions, before);
 }
 
-// Several batches of residual blocks, so that rows are added to in more than one.
+// Energy and gradient of a robust block are those that Ceres makes of it; its curvature is J^T J by the weight.
+TEST(NormalEquations, LossesAreTakenAsCeresTakesThem) {
+  Round round(Motion::kNormal);
+  round.energy->BeginTerm("robust");
+  for (size_t v = 0; v < round.positions.size(); v += 3) {
+    round.energy->Add(
+        std::make_unique<ceres::AutoDiffCostFunction<ScaledDistance, 3, 3, 2>>(new ScaledDistance),
+        std::make_unique<ceres::HuberLoss>(0.05), {round.positions[v].data(), round.extra});
+  }
+  const CeresProblem problem(*round.energy, round.photometric.get());
+  ceres::Problem::EvaluateOptions evaluate;
+  evaluate.residual_blocks =
+      problem.ResidualBlocks([](const std::string& term) { return term == "robust"; });
+  double of_term = 0;
+  ASSERT_TRUE(problem->Evaluate(evaluate, &of_term, nullptr, nullptr, nullptr));
+  EXPECT_GT(of_term, 0);
+  EXPECT_NEAR(round.energy->EnergyOf("robust"), of_term, 1e-12 * of_term);
+
+  evaluate.residual_blocks.clear();
+  for (const int p : round.energy->Moving()) {
+    evaluate.parameter_blocks.push_back(round.energy->Values(p));
+  }
+  double expected_cost = 0;
+  std::vector<double> expected;
+  ASSERT_TRUE(problem->Evaluate(evaluate, &expected_cost, nullptr, &expected, nullptr));
+  NormalEquations equations(*round.energy, round.photometric.get());
+  double cost = 0;
+  Eigen::VectorXd gradient;
+  ASSERT_TRUE(equations.Evaluate(&cost, &gradient));
+  EXPECT_NEAR(cost, expected_cost, 1e-12 * cost);
+  const Eigen::Map<const Eigen::VectorXd> map(expected.data(), static_cast<long>(expected.size()));
+  EXPECT_LT((gradient - map).norm(), 1e-12 * gradient.norm());
+}
+
+// Several batches of blocks, so that rows are added to in more than one.
 TEST(NormalEquations, SameBytesForAnyNumberOfThreads) {
   for (const Motion motion : {Motion::kNormal, Motion::kFree}) {
     std::unique_ptr<Eigen::VectorXd> gradient_one;
@@ -302,10 +334,12 @@ TEST(NormalEquations, SameBytesForAnyNumberOfThreads) {
       const ThreadScope scope(threads);
       Round round(motion);
       for (int repeat = 0; repeat < 40; ++repeat) {
-        round.smoothness->AddResiduals(round.problem.get(), &round.parameters);
+        round.smoothness->AddBlocks(round.energy.get());
       }
-      ASSERT_GT(round.problem->NumResidualBlocks(), 5000);
-      NormalEquations equations(round.problem.get(), round.photometric.get(), round.order);
+      int blocks = 0;
+      for (const RoundEnergy::Part& part : round.energy->parts()) blocks += part.blocks->size();
+      ASSERT_GT(blocks, 5000);
+      NormalEquations equations(*round.energy, round.photometric.get());
       double cost = 0;
       Eigen::VectorXd gradient;
       ASSERT_TRUE(equations.Evaluate(&cost, &gradient));

@@ -2,9 +2,10 @@
 // where patches have taps of windows that are centred elsewhere.
 #include "costs/patch_cost.h"
 
-#include <ceres/problem.h>
+#include <ceres/crs_matrix.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -13,7 +14,9 @@
 #include "core/refine/normalized_world.h"
 #include "core/refine/round.h"
 #include "core/scene/pyramid.h"
+#include "core/solve/ceres_problem.h"
 #include "core/solve/motion.h"
+#include "core/solve/normal_equations.h"
 #include "core/synthetic/synthetic.h"
 #include "costs/photometric_energy.h"
 #include "selection/pair_selection.h"
@@ -46,18 +49,16 @@ struct Round {
     term->BeginLevel(views);
     photometric = term->FreezeRound(context);
     parameters.vertices = mesh.vertices;
-    ceres::Problem::Options problem_options;
-    problem_options.evaluation_callback = photometric->Callback();
-    problem = std::make_unique<ceres::Problem>(problem_options);
-    photometric->AddResiduals(problem.get(), &parameters);
-    for (size_t v = 0; v < mesh.vertices.size(); ++v) {
-      double* block = parameters.vertices[v].data();
-      if (!problem->HasParameterBlock(block)) continue;
+    energy = std::make_unique<RoundEnergy>(&parameters);
+    photometric->AddBlocks(energy.get());
+    vertices = energy->Used();
+    lines.reserve(vertices.size());
+    for (const int v : vertices) {
       if (motion == Motion::kNormal) {
-        problem->SetManifold(block, new LineAlongNormal(context.normals[v]));
+        energy->SetManifold(v, &lines.emplace_back(context.normals[v]));
       }
-      vertices.push_back(static_cast<int>(v));
     }
+    problem = std::make_unique<CeresProblem>(*energy, photometric->Callback());
   }
 
   // By entry of `vertices`: along the normal, or x, y, z.
@@ -67,7 +68,7 @@ struct Round {
       evaluate.parameter_blocks.push_back(parameters.vertices[v].data());
     }
     std::vector<double> gradient;
-    EXPECT_TRUE(problem->Evaluate(evaluate, cost, nullptr, &gradient, nullptr));
+    EXPECT_TRUE(problem->get()->Evaluate(evaluate, cost, nullptr, &gradient, nullptr));
     return gradient;
   }
 
@@ -113,7 +114,9 @@ struct Round {
   std::unique_ptr<PhotometricEnergy> term;
   std::unique_ptr<PhotometricRound> photometric;
   RoundParameters parameters;
-  std::unique_ptr<ceres::Problem> problem;
+  std::vector<LineAlongNormal> lines;
+  std::unique_ptr<RoundEnergy> energy;
+  std::unique_ptr<CeresProblem> problem;
   std::vector<int> vertices;  // that the problem has
 };
 
@@ -171,66 +174,53 @@ TEST(PatchCost, CeresGradientIsThatOfCentralDifferencesAtEveryVertex) {
   }
 }
 
-// EvaluateTangent() against the residuals, patch by patch: some with beta above 1, some blocks constant.
-TEST(PatchCost, TangentIsWhatFollowsFromTheResiduals) {
+// The facets' gradient and curvature against what follows from the patches' residuals: some patches with beta above 1,
+// some vertices constant.
+TEST(FacetBlocks, GradientAndCurvatureAreThoseOfThePatches) {
   for (const Motion motion : {Motion::kNormal, Motion::kFree}) {
     Round round(160, 120, 4, motion);
-    round.photometric->Evaluate(round.mesh.vertices, /*derivatives=*/true);
-    const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    for (size_t k = 0; k < round.vertices.size(); k += 7)
+      round.energy->SetConstant(round.vertices[k]);
+    const CeresProblem problem(*round.energy, round.photometric->Callback());
+    ceres::Problem::EvaluateOptions evaluate;
+    for (const int v : round.energy->Moving()) {
+      evaluate.parameter_blocks.push_back(round.energy->Values(v));
+    }
+    double expected_cost = 0;
+    std::vector<double> expected;
+    ceres::CRSMatrix crs;
+    ASSERT_TRUE(problem->Evaluate(evaluate, &expected_cost, nullptr, &expected, &crs));
+    using Sparse = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+    const Eigen::Map<const Sparse> jacobian(crs.num_rows, crs.num_cols,
+                                            static_cast<long>(crs.values.size()), crs.rows.data(),
+                                            crs.cols.data(), crs.values.data());
+    NormalEquations equations(*round.energy, round.photometric->Callback());
+    double cost = 0;
+    Eigen::VectorXd gradient;
+    ASSERT_TRUE(equations.Evaluate(&cost, &gradient));
+    EXPECT_NEAR(cost, expected_cost, 1e-12 * cost);
+    double cost_alone = 0;
+    ASSERT_TRUE(equations.EvaluateCost(&cost_alone));
+    EXPECT_EQ(cost_alone, cost);
+    const Eigen::Map<const Eigen::VectorXd> map(expected.data(),
+                                                static_cast<long>(expected.size()));
+    EXPECT_LE((gradient - map).norm(), 1e-12 * map.norm());
+    Sparse matrix(equations.unknowns(), equations.unknowns());
+    std::vector<Eigen::Triplet<double>> entries;
+    for (int row = 0; row < equations.unknowns(); ++row) {
+      for (int64_t k = equations.matrix().start[row]; k < equations.matrix().start[row + 1]; ++k) {
+        entries.emplace_back(row, equations.matrix().column[k], equations.matrix().value[k]);
+      }
+    }
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    const Sparse square = Sparse(jacobian.transpose()) * jacobian;
+    EXPECT_LE((matrix - square).norm(), 1e-12 * square.norm());
+
     int scaled = 0;
-    for (size_t v = 0; v < round.mesh.vertices.size(); v += 3) {
-      if (round.context.faces.Begin(static_cast<int>(v)) ==
-          round.context.faces.End(static_cast<int>(v))) {
-        continue;
-      }
-      const PatchCost patch(round.photometric.get(), static_cast<int>(v));
-      const size_t blocks = patch.blocks().size();
-      const int rows = patch.num_residuals();
-      std::vector<TangentDirections> directions(blocks);
-      std::vector<std::vector<double>> jacobians(blocks, std::vector<double>(3 * rows));
-      std::vector<double*> jacobian_pointers;
-      int unknowns = 0;
-      for (size_t k = 0; k < blocks; ++k) {
-        jacobian_pointers.push_back(jacobians[k].data());
-        const Eigen::Vector3d& normal = round.context.normals[patch.blocks()[k]];
-        if (k == 1) {
-          directions[k] = {nullptr, 0};
-        } else if (motion == Motion::kNormal) {
-          directions[k] = {normal.data(), 1};
-        } else {
-          directions[k] = {identity, 3};
-        }
-        unknowns += directions[k].columns;
-      }
-      Eigen::VectorXd residuals(rows);
-      ASSERT_TRUE(patch.Evaluate(nullptr, residuals.data(), jacobian_pointers.data()));
-      Eigen::MatrixXd jacobian(rows, unknowns);
-      int column = 0;
-      for (size_t k = 0; k < blocks; ++k) {
-        const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>> ambient(
-            jacobians[k].data(), rows, 3);
-        const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>> plus(
-            directions[k].plus, 3, directions[k].columns);
-        jacobian.middleCols(column, directions[k].columns) = ambient * plus;
-        column += directions[k].columns;
-      }
-      double cost = 0;
-      double cost_alone = 0;
-      Eigen::VectorXd gradient(unknowns);
-      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> curvature(unknowns,
-                                                                                       unknowns);
-      ASSERT_TRUE(patch.EvaluateTangent(nullptr, directions.data(), &cost, gradient.data(),
-                                        curvature.data()));
-      ASSERT_TRUE(patch.EvaluateTangent(nullptr, nullptr, &cost_alone, nullptr, nullptr));
-      EXPECT_EQ(cost_alone, cost);
-      EXPECT_NEAR(cost, residuals.squaredNorm() / 2, 1e-12 * cost);
-      const Eigen::VectorXd expected = jacobian.transpose() * residuals;
-      EXPECT_LE((gradient - expected).norm(), 1e-9 * (1e-6 + expected.norm()));
-      const Eigen::MatrixXd full = curvature.selfadjointView<Eigen::Upper>();
-      const Eigen::MatrixXd square = jacobian.transpose() * jacobian;
-      EXPECT_LE((full - square).norm(), 1e-9 * square.norm());
-      const PatchSystem system = patch.System();
-      scaled += square.trace() > 1.01 * system.curvature.trace() ? 1 : 0;
+    PatchSystem system;
+    for (const int v : round.vertices) {
+      system.Make(*round.photometric, v);
+      scaled += ScaleOf(system).beta_squared > 1.01 ? 1 : 0;
     }
     RecordProperty(motion == Motion::kNormal ? "scaled_normal" : "scaled_free", scaled);
     EXPECT_GT(scaled, 0);

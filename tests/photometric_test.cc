@@ -5,11 +5,12 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <memory>
+#include <vector>
 
 #include "core/refine/round.h"
 #include "core/support/parallel.h"
 #include "costs/grey_units.h"
-#include "costs/patch_cost.h"
+#include "costs/patch_system.h"
 #include "costs/photometric_energy.h"
 #include "costs/spline_image.h"
 #include "costs/step_band.h"
@@ -339,13 +340,14 @@ TEST_P(PhotometricMasks, CurvatureMajorisesTheGaussNewtonMatrixOfAutodiff) {
   const double value = energy->Evaluate(mesh.vertices, true);
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(kUnknowns);
   Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(kUnknowns, kUnknowns);
+  PatchSystem system;
   for (int v = 0; v < kUnknowns; ++v) {
-    const PatchCost patch(energy.get(), v);
-    const PatchSystem system = patch.System();
-    for (size_t k = 0; k < patch.blocks().size(); ++k) {
-      gradient[patch.blocks()[k]] += system.gradient[k];
-      for (size_t l = 0; l < patch.blocks().size(); ++l) {
-        curvature(patch.blocks()[k], patch.blocks()[l]) += system.curvature(k, l);
+    system.Make(*energy, v);
+    const std::vector<int>& blocks = system.vertices;
+    for (size_t k = 0; k < blocks.size(); ++k) {
+      gradient[blocks[k]] += system.gradient[k];
+      for (size_t l = 0; l < blocks.size(); ++l) {
+        curvature(blocks[k], blocks[l]) += system.curvature[k * blocks.size() + l];
       }
     }
   }

@@ -1,11 +1,11 @@
 // What the smoothness term asks of a vertex, and of one that keeps its shape.
 #include "costs/smoothness_energy.h"
 
-#include <ceres/problem.h>
 #include <gtest/gtest.h>
 
 #include <memory>
 
+#include "core/solve/ceres_problem.h"
 #include "tests/test_scene.h"
 
 namespace burin {
@@ -29,16 +29,16 @@ struct Spike {
   double Evaluate(double* slope) {
     SmoothnessEnergy energy((SmoothnessOptions()));
     RoundParameters parameters{mesh.vertices};
-    std::vector<Eigen::Vector3d>& vertices = parameters.vertices;
-    ceres::Problem problem;
+    RoundEnergy sum(&parameters);
     const std::unique_ptr<TermRound> round = energy.Freeze(context);
-    round->AddResiduals(&problem, &parameters);
+    round->AddBlocks(&sum);
     round->SupportIsKnown();
+    const CeresProblem problem(sum, nullptr);
     ceres::Problem::EvaluateOptions evaluate;
-    evaluate.parameter_blocks = {vertices[kMiddle].data()};
+    evaluate.parameter_blocks = {parameters.vertices[kMiddle].data()};
     double value = 0;
     std::vector<double> gradient;
-    problem.Evaluate(evaluate, &value, nullptr, &gradient, nullptr);
+    problem->Evaluate(evaluate, &value, nullptr, &gradient, nullptr);
     *slope = gradient[2];
     return value;
   }

@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 #include <numeric>
+#include <vector>
 
 #include "tests/test_scene.h"
 
@@ -40,6 +42,15 @@ TEST(Stencil, CoefficientsSumToZero) {
       EXPECT_NEAR(sum, 0, 1e-14);
     }
   }
+}
+
+// The stencil's value.
+Eigen::Vector3d Apply(const Stencil& stencil, const std::vector<Eigen::Vector3d>& positions) {
+  Eigen::Vector3d value = Eigen::Vector3d::Zero();
+  for (size_t k = 0; k < stencil.vertex.size(); ++k) {
+    value += stencil.coefficient[k] * positions[stencil.vertex[k]];
+  }
+  return value;
 }
 
 TEST(Stencil, PlanesAreFlatInside) {
@@ -97,6 +108,45 @@ TEST(StencilCost, ResidualAndJacobianAgree) {
       points[k][c] = before;
       EXPECT_LT((moved - residual - jacobian[k].col(c)).norm(), 1e-14);
     }
+  }
+}
+
+// Stencils as blocks: what follows from the cost functions, with one that keeps its shape.
+TEST(StencilBlocks, AreTheCostFunctions) {
+  std::vector<Eigen::Vector3d> points = {{1, 2, 3}, {2, 0, 1}, {0, 1, -1}};
+  const std::vector<Eigen::Vector3d> rest = {{1, 1, 1}, {0, 2, 0}, {3, 1, 0}};
+  StencilBlocks blocks({{0, 3, 5}, {0, 1, 2, 2, 0}}, {-2, 1, 1, 0.5, -0.5}, &points);
+  ASSERT_EQ(blocks.size(), 2);
+  blocks.SetRest(1, rest);
+  const std::vector<std::unique_ptr<ceres::CostFunction>> costs = blocks.MakeCostFunctions().costs;
+  const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const Eigen::Vector3d line(0.6, 0, 0.8);
+  for (int k = 0; k < 2; ++k) {
+    const int count = blocks.parameters().Degree(k);
+    std::vector<const double*> parameters;
+    std::vector<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> jacobian(count);
+    std::vector<double*> jacobians;
+    for (int p = 0; p < count; ++p) {
+      parameters.push_back(points[blocks.parameters().Begin(k)[p]].data());
+      jacobians.push_back(jacobian[p].data());
+    }
+    Eigen::Vector3d residual;
+    ASSERT_TRUE(costs[k]->Evaluate(parameters.data(), residual.data(), jacobians.data()));
+    if (k == 1) {
+      EXPECT_LT((residual - 0.5 * (points[2] - points[0] - rest[2] + rest[0])).norm(), 1e-15);
+    }
+    // The first moves on a line, the second everywhere, a third not at all.
+    std::vector<TangentDirections> directions = {{line.data(), 1}, {identity, 3}, {nullptr, 0}};
+    Eigen::Matrix<double, 3, 4> moves;
+    moves << jacobian[0] * line, jacobian[1];
+    double energy = 0;
+    Eigen::Vector4d gradient;
+    Eigen::Matrix<double, 4, 4, Eigen::RowMajor> curvature;
+    ASSERT_TRUE(blocks.Evaluate(k, directions.data(), &energy, gradient.data(), curvature.data()));
+    EXPECT_NEAR(energy, residual.squaredNorm() / 2, 1e-14);
+    EXPECT_LT((gradient - moves.transpose() * residual).norm(), 1e-14);
+    const Eigen::Matrix4d full = curvature.selfadjointView<Eigen::Upper>();
+    EXPECT_LT((full - moves.transpose() * moves).norm(), 1e-14);
   }
 }
 

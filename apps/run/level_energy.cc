@@ -61,15 +61,13 @@ struct LevelEnergy::Impl {
     round = std::make_unique<RoundProblem>(*terms, context, &parameters);
     round->SupportIsKnown();
     round->task.pixel = std::ldexp(1.0, level);
-    equations = std::make_unique<NormalEquations>(
-        round->task.problem, round->task.evaluation_callback, round->task.blocks);
+    equations =
+        std::make_unique<NormalEquations>(*round->task.energy, round->task.evaluation_callback);
     equations->Save(&start);
     vertex_of_unknown.resize(equations->unknowns());
     for (const NormalEquations::MovingBlock& block : equations->moving_blocks()) {
-      const auto vertex = static_cast<int>(reinterpret_cast<const Eigen::Vector3d*>(block.values) -
-                                           parameters.vertices.data());
       for (int k = 0; k < block.tangent_size; ++k) {
-        vertex_of_unknown[block.first_unknown + k] = vertex;
+        vertex_of_unknown[block.first_unknown + k] = block.parameter;
       }
     }
   }

@@ -3,7 +3,7 @@
 //
 // Two questions, two modes:
 //   frozen  Which strategy is best at the problem a round poses? A reference run (solver.type) makes
-//           the rounds. In each round every strategy solves the same ceres::Problem (mesh, visibility,
+//           the rounds. In each round every strategy solves the same problem (mesh, visibility,
 //           masks, pairs) from the same vertices, with nothing evaluated yet. Then the reference's
 //           result starts the next round. Nothing but the strategy differs.
 //   whole   Which strategy gives the best mesh? Each makes a whole run of its own. From the second

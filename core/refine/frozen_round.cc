@@ -1,18 +1,13 @@
 #include "core/refine/frozen_round.h"
 
-#include <ceres/cost_function.h>
-
 #include <algorithm>
 
-#include "core/solve/block_energy.h"
 #include "core/support/error.h"
 #include "core/support/parallel.h"
 #include "core/support/stopwatch.h"
 
 namespace burin {
 namespace {
-
-constexpr int kCostGrain = 4096;
 
 // Hands one problem's evaluation callback on to every term that has one.
 class CallbackFanOut : public ceres::EvaluationCallback {
@@ -42,68 +37,39 @@ int64_t EvaluationCount(const TermRounds& terms) {
 
 RoundProblem::RoundProblem(const TermRounds& terms, const RoundContext& context,
                            RoundParameters* parameters)
-    : terms_(terms), callback_(std::make_unique<CallbackFanOut>(terms)) {
-  ceres::Problem::Options problem_options;
-  problem_options.evaluation_callback = callback_.get();
-  problem_options.disable_all_safety_checks = true;
-  // Counting references takes Ceres longer than the rest of what it does here.
-  problem_options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  problem_ = std::make_unique<ceres::Problem>(problem_options);
-  task.problem = problem_.get();
+    : terms_(terms), energy_(parameters), callback_(std::make_unique<CallbackFanOut>(terms)) {
+  task.energy = &energy_;
   task.vertices = &parameters->vertices;
   task.evaluation_callback = callback_.get();
   task.context = &context;
-  ParallelInvoke([&] { Build(parameters); },
-                 [&] {
-                   for (const auto& [term, round] : terms_) round->FinishFreeze();
-                 });
-}
-
-void RoundProblem::Build(RoundParameters* parameters) {
-  size_t known = 0;
-  std::vector<ceres::ResidualBlockId> blocks;
-  for (const auto& [term, round] : terms_) {
-    round->AddResiduals(problem_.get(), parameters);
-    problem_->GetResidualBlocks(&blocks);
-    task.term_blocks.emplace_back(
-        term->Name(), std::vector<ceres::ResidualBlockId>(blocks.begin() + static_cast<long>(known),
-                                                          blocks.end()));
-    known = blocks.size();
-  }
+  ParallelInvoke(
+      [&] {
+        for (const auto& [term, round] : terms_) {
+          energy_.BeginTerm(term->Name());
+          round->AddBlocks(&energy_);
+        }
+      },
+      [&] {
+        for (const auto& [term, round] : terms_) round->FinishFreeze();
+      });
 }
 
 void RoundProblem::SupportIsKnown() {
   const RoundContext& context = *task.context;
   for (const auto& [term, round] : terms_) round->SupportIsKnown();
-  std::vector<Eigen::Vector3d>& vertices = *task.vertices;
-  lines_.reserve(vertices.size());  // their addresses stay
-  for (size_t v = 0; v < vertices.size(); ++v) {
-    double* block = vertices[v].data();
-    if (!problem_->HasParameterBlock(block)) continue;
-    task.blocks.push_back(block);
+  const auto vertex_count = static_cast<int>(task.vertices->size());
+  lines_.reserve(vertex_count);  // their addresses stay
+  for (const int v : energy_.Used()) {
+    if (v >= vertex_count) continue;
     if (context.normals[v].isZero() || context.moves[v] == 0) {
-      problem_->SetParameterBlockConstant(block);
+      energy_.SetConstant(v);
       continue;
     }
     ++moving_;
     if (context.motion == Motion::kNormal) {
-      problem_->SetManifold(block, &lines_.emplace_back(context.normals[v]));
+      energy_.SetManifold(v, &lines_.emplace_back(context.normals[v]));
     }
   }
-}
-
-RoundProblem::~RoundProblem() {
-  std::vector<const ceres::CostFunction*> costs;
-  for (const auto& [name, blocks] : task.term_blocks) {
-    for (const ceres::ResidualBlockId id : blocks) {
-      costs.push_back(problem_->GetCostFunctionForResidualBlock(id));
-    }
-  }
-  problem_.reset();
-  ParallelFor(static_cast<int>(costs.size()), kCostGrain, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k) delete costs[k];
-  });
 }
 
 int RoundProblem::Unknowns() const {
@@ -114,9 +80,9 @@ nlohmann::json RoundProblem::EnergyByTerm() const {
   task.evaluation_callback->PrepareForEvaluation(false, true);
   nlohmann::json energies = nlohmann::json::object();
   double total = 0;
-  for (const auto& [name, blocks] : task.term_blocks) {
-    const double energy = BlockEnergy(*problem_, blocks);
-    energies[name] = energy;
+  for (const auto& [term, round] : terms_) {
+    const double energy = energy_.EnergyOf(term->Name());
+    energies[term->Name()] = energy;
     total += energy;
   }
   energies["total"] = total;

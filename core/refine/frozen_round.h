@@ -1,8 +1,8 @@
-// A round that is ready to be solved, as one ceres::Problem over vertex positions: what the loop of
+// A round that is ready to be solved, as one energy over vertex positions: what the loop of
 // core/refine/refinement.h hands to a strategy, and to whoever compares strategies from the same start.
 #pragma once
 
-#include <ceres/problem.h>
+#include <ceres/evaluation_callback.h>
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -57,13 +57,12 @@ struct FrozenRound {
   std::function<RoundTrial(const std::string& strategy, const OnProgress& on_progress)> solve;
 };
 
-// The problem of a round: every term's residuals, and after SupportIsKnown() vertices on their lines where
-// they move along normals, and constant where they do not. What the terms have left to freeze is made while
-// Ceres builds its tree. `terms`, `context` and `parameters` must outlive it.
+// The problem of a round: every term's blocks, and after SupportIsKnown() vertices on their lines where
+// they move along normals, and constant where they do not. What the terms have left to freeze is made beside
+// that. `terms`, `context` and `parameters` must outlive it.
 class RoundProblem {
  public:
   RoundProblem(const TermRounds& terms, const RoundContext& context, RoundParameters* parameters);
-  ~RoundProblem();
   RoundProblem(const RoundProblem&) = delete;
   RoundProblem& operator=(const RoundProblem&) = delete;
 
@@ -83,13 +82,11 @@ class RoundProblem {
   SolveTask task;
 
  private:
-  void Build(RoundParameters* parameters);
-
   const TermRounds& terms_;
+  RoundEnergy energy_;
   std::unique_ptr<ceres::EvaluationCallback> callback_;
   std::vector<LineAlongNormal> lines_;
   int moving_ = 0;  // vertices
-  std::unique_ptr<ceres::Problem> problem_;
 };
 
 // The strategy of that name; throws InputError when there is none or it cannot take the problem.

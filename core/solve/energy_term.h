@@ -1,11 +1,10 @@
 // A term of the energy. It lives as long as a refinement; Freeze() makes from it what it is in one round:
-// a TermRound, which holds the discrete choices of the round and puts its energy into the round's one
-// ceres::Problem. The photometric and smoothness terms are in costs/; a new term derives from EnergyTerm,
+// a TermRound, which holds the discrete choices of the round and adds its blocks to the round's one
+// RoundEnergy. The photometric and smoothness terms are in costs/; a new term derives from EnergyTerm,
 // its round from TermRound, and is handed to Refine() beside them.
 #pragma once
 
 #include <ceres/evaluation_callback.h>
-#include <ceres/problem.h>
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -16,6 +15,7 @@
 
 #include "core/mesh/mesh.h"
 #include "core/scene/pyramid.h"
+#include "core/solve/round_energy.h"
 #include "core/support/choices.h"
 #include "core/visibility/visibility.h"
 
@@ -52,12 +52,6 @@ struct RoundContext {
   bool first_level = false;  // of the run: none before it moved anything
 };
 
-// What a round solves for: the parameter blocks of its problem, by kind. Their addresses stay during the
-// round. A new kind of unknown is a new field, with its manifolds set in core/refine/frozen_round.cc.
-struct RoundParameters {
-  std::vector<Eigen::Vector3d> vertices;  // normalised world; a block of size 3 each
-};
-
 // A term in one round. Whatever it refers to (the term, the context, the parameters) outlives it.
 class TermRound {
  public:
@@ -66,14 +60,13 @@ class TermRound {
   TermRound(const TermRound&) = delete;
   TermRound& operator=(const TermRound&) = delete;
 
-  // Adds the term's residual blocks; blocks of any kind of parameter. Called at most once. The cost
-  // functions are of this call alone, made by `new`; the problem or its owner deletes them. A term that
-  // knows cost, gradient and curvature of a patch makes a residual block of them as
-  // costs/patch_cost.h does.
-  virtual void AddResiduals(ceres::Problem* problem, RoundParameters* parameters) = 0;
+  // Adds the term's blocks of the energy; of any kind of parameter. Called at most once. A term that knows energy,
+  // gradient and curvature of small parts of it adds EnergyBlocks, as costs/facet_blocks.h are; one that has residuals, cost
+  // functions of Ceres.
+  virtual void AddBlocks(RoundEnergy* energy) = 0;
 
-  // Makes what evaluations need and residual blocks need not wait for; perhaps called at the same time
-  // as AddResiduals. What a round asks for before it was called, it makes itself.
+  // Makes what evaluations need and AddBlocks need not wait for; perhaps called at the same time
+  // as that. What a round asks for before it was called, it makes itself.
   virtual void FinishFreeze() {}
 
   // Sets (*supported)[v] where the term has data about the position of vertex v, at the positions of the
@@ -84,11 +77,11 @@ class TermRound {
     (void)supported;
   }
 
-  // Called once after AddResiduals, before the first evaluation by a solver: the context's `supported` and
+  // Called once after AddBlocks, before the first evaluation by a solver: the context's `supported` and
   // `moves` are final.
   virtual void SupportIsKnown() {}
 
-  // Called before the term's residuals are evaluated at new positions, possibly twice at the same; null
+  // Called before the term's blocks are evaluated at new positions, possibly twice at the same; null
   // when not needed.
   virtual ceres::EvaluationCallback* Callback() { return nullptr; }
 

@@ -30,11 +30,9 @@ bool NormalEquations::Run(Wanted wanted, double* cost, Eigen::VectorXd* gradient
   }
   point_is_new_ = false;
   std::atomic<bool> good{true};
-  const int block_count = static_cast<int>(blocks_.size());
-  const int residual_count = static_cast<int>(residuals_.size());
   if (wanted != Wanted::kCost) {
     gradient->setZero(unknowns_);
-    ParallelFor(block_count, kBlockGrain, [&](int begin, int end) {
+    ParallelFor(static_cast<int>(blocks_.size()), kBlockGrain, [&](int begin, int end) {
       for (int k = begin; k < end; ++k) {
         const ceres::Manifold* manifold = blocks_[k].manifold;
         if (manifold != nullptr &&
@@ -44,56 +42,74 @@ bool NormalEquations::Run(Wanted wanted, double* cost, Eigen::VectorXd* gradient
       }
     });
   }
+  for (const RoundEnergy::Part& part : energy_.parts()) {
+    part.blocks->Prepare(wanted == Wanted::kMatrix);
+  }
   if (wanted == Wanted::kMatrix) std::fill(matrix_.value.begin(), matrix_.value.end(), 0.0);
-  for (int first = 0; first < residual_count && good; first += kBatch) {
-    const int count = std::min(kBatch, residual_count - first);
-    ParallelFor(count, kGrain, [&](int begin, int end) {
-      for (int r = begin; r < end; ++r) {
-        if (!EvaluateResiduals(first + r, wanted)) good = false;
+  for (size_t b = 0; b < batches_.size() && good; ++b) {
+    const Batch& batch = batches_[b];
+    ParallelFor(batch.end - batch.begin, kGrain, [&](int begin, int end) {
+      for (int k = batch.begin + begin; k < batch.begin + end; ++k) {
+        if (!EvaluateBlock(batch, k, wanted)) good = false;
       }
     });
     if (wanted == Wanted::kCost) continue;
-    const int batch = first / kBatch;
-    ParallelFor(first_task_[batch + 1] - first_task_[batch], kGrain, [&](int begin, int end) {
+    ParallelFor(first_task_[b + 1] - first_task_[b], kGrain, [&](int begin, int end) {
       for (int t = begin; t < end; ++t) {
-        AddRows(row_tasks_[first_task_[batch] + t], wanted, gradient);
+        AddRows(batch, row_tasks_[first_task_[b] + t], wanted, gradient);
       }
     });
   }
   if (!good) return false;
   if (wanted == Wanted::kMatrix) CopyLowerToUpper();
-  *cost = ChunkedSum(residual_count, [&](int begin, int end) {
+  *cost = ChunkedSum(static_cast<int>(costs_.size()), [&](int begin, int end) {
     double sum = 0;
-    for (int r = begin; r < end; ++r) sum += costs_[r];
+    for (int k = begin; k < end; ++k) sum += costs_[k];
     return sum;
   });
   return std::isfinite(*cost);
 }
 
-void NormalEquations::AddRows(const RowTask& task, Wanted wanted, Eigen::VectorXd* gradient) {
+bool NormalEquations::EvaluateBlock(const Batch& batch, int k, Wanted wanted) {
+  static thread_local std::vector<TangentDirections> directions;
+  const int of = batch.first + k - batch.begin;
+  directions.clear();
+  for (const int* p = ParametersBegin(batch, of); p != ParametersEnd(batch, of); ++p) {
+    const int moving = moving_of_[*p];
+    if (moving < 0) {
+      directions.push_back({nullptr, 0});
+    } else {
+      directions.push_back({&plus_jacobians_[first_plus_[moving]], blocks_[moving].tangent_size});
+    }
+  }
+  double* gradient = wanted != Wanted::kCost ? &buffer_[places_[of].first_value] : nullptr;
+  double* curvature = wanted == Wanted::kMatrix ? gradient + places_[of].unknowns : nullptr;
+  return batch.blocks->Evaluate(k, directions.data(), &costs_[of], gradient, curvature);
+}
+
+void NormalEquations::AddRows(const Batch& batch, const RowTask& task, Wanted wanted,
+                              Eigen::VectorXd* gradient) {
   const MovingBlock& moving = blocks_[task.block];
   const int height = moving.tangent_size;
   double* gradient_rows = gradient->data() + moving.first_unknown;
   const int64_t* row_start = &matrix_.start[moving.first_unknown];
   double* values = matrix_.value.data();
-  int64_t slot = task.first_slot;
+  const uint16_t* slot = slots_.data() + task.first_slot;
   for (int c = task.begin; c < task.end; ++c) {
-    const Residuals& block = residuals_[contributions_[c].residuals];
-    const Parameter* parameters = &parameters_[block.first_parameter];
-    const int count = ParameterEnd(contributions_[c].residuals) - block.first_parameter;
-    const int row = contributions_[c].row;
-    const double* local_gradient = &buffer_[block.first_value];
-    const double* local = local_gradient + block.unknowns;
+    const auto& [of, row] = contributions_[c];
+    const Place& place = places_[of];
+    const double* local_gradient = &buffer_[place.first_value];
+    const double* local = local_gradient + place.unknowns;
     for (int i = 0; i < height; ++i) gradient_rows[i] += local_gradient[row + i];
     if (wanted != Wanted::kMatrix) continue;
-    const ptrdiff_t stride = block.unknowns;
+    const ptrdiff_t stride = place.unknowns;
     int column = 0;
-    for (int p = 0; p < count; ++p) {
-      const int other = parameters[p].block;
+    for (const int* p = ParametersBegin(batch, of); p != ParametersEnd(batch, of); ++p) {
+      const int other = moving_of_[*p];
       if (other < 0) continue;
       const int width = blocks_[other].tangent_size;
       if (other <= task.block) {
-        const int offset = slots_[slot++];
+        const int offset = *slot++;
         for (int i = 0; i < height; ++i) {
           double* target = values + row_start[i] + offset;
           for (int j = 0; j < width; ++j) {
@@ -113,15 +129,19 @@ void NormalEquations::CopyLowerToUpper() {
   ParallelFor(static_cast<int>(blocks_.size()), kBlockGrain, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       const MovingBlock& block = blocks_[k];
-      for (int m = first_mirror_[k]; m < first_mirror_[k + 1]; ++m) {
-        const Mirror& mirror = mirrors_[m];
-        const MovingBlock& other = blocks_[mirror.block];
+      const int64_t first = matrix_.start[block.first_unknown];
+      // Behind the diagonal's block.
+      int64_t upper = matrix_.diagonal[block.first_unknown] - first + block.tangent_size;
+      for (int u = first_upper_[k]; u < first_upper_[k + 1]; ++u) {
+        const int column = matrix_.column[first + upper];
+        const int width = blocks_[block_of_unknown_[column]].tangent_size;
         for (int i = 0; i < block.tangent_size; ++i) {
-          double* target = &matrix_.value[matrix_.start[block.first_unknown + i] + mirror.upper];
-          for (int j = 0; j < other.tangent_size; ++j) {
-            target[j] = matrix_.value[matrix_.start[other.first_unknown + j] + mirror.lower + i];
+          double* target = &matrix_.value[matrix_.start[block.first_unknown + i] + upper];
+          for (int j = 0; j < width; ++j) {
+            target[j] = matrix_.value[matrix_.start[column + j] + lower_of_upper_[u] + i];
           }
         }
+        upper += width;
       }
     }
   });

@@ -1,52 +1,43 @@
-// The normal equations of a round's ceres::Problem, assembled by burin itself on all threads.
+// The normal equations of a round's energy, assembled by burin itself on all threads.
 //
-//   E = 1/2 sum_b |r_b|^2,   g = J^T r,   H = J^T J
+//   E = sum_k E_k,   g = sum_k g_k,   H = sum_k H_k
 //
-// over every residual block b of the problem, whoever added it, in the unknowns of the moving
-// parameter blocks: J_b is the cost function's Jacobian times the manifold's Plus Jacobian, so that
-// a block with a LineAlongNormal has one unknown, one without manifold as many as coordinates, and
-// a constant one none. Ceres holds J instead (about 80 numbers a vertex against 19 of H for one
-// unknown a vertex, twice in every product), and makes it on one thread when sums must have an
-// order.
+// over every block k of the round's energy (core/solve/round_energy.h), in the unknowns of the moving parameter
+// blocks: one with a LineAlongNormal has one unknown, one without manifold as many as coordinates, and a constant
+// one none. Ceres holds the Jacobian of residuals instead (about 80 numbers a vertex against 19 of H for one unknown a
+// vertex, twice in every product), and makes it on one thread when sums must have an order.
 //
-// Results are the same bytes for any number of threads. Residual blocks are evaluated in batches of
-// fixed size; after each, every row of H and g that the batch touches adds the batch's blocks in
-// their order in the problem. Which thread does a row does not matter. The pattern of H and the
-// place in it of every entry of every block are made once, in the constructor.
-//
-// Of a TangentCost (core/solve/tangent_cost.h) it takes J^T r and J^T J as they are.
+// Results are the same bytes for any number of threads. Blocks are evaluated in batches of fixed size; after each, every
+// row of H and g that the batch touches adds the batch's blocks in their order. Which thread does a row does not
+// matter. The pattern of H and the place in it of every entry of every block are made once, in the constructor.
 //
 // The values of moving parameter blocks are read and written in place, which Ceres' own minimisers
 // do too when a problem has an evaluation callback.
 #pragma once
 
-#include <ceres/cost_function.h>
 #include <ceres/evaluation_callback.h>
 #include <ceres/manifold.h>
-#include <ceres/problem.h>
 
 #include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
 #include "core/mesh/mesh.h"
+#include "core/solve/round_energy.h"
 #include "core/solve/symmetric_matrix.h"
-#include "core/solve/tangent_cost.h"
 
 namespace burin {
 
 class NormalEquations {
  public:
-  // `callback` is the one the problem was made with, null if none. Unknowns are those of
-  // `order` (parameter blocks, each once) that are not constant, then those of the problem's other
-  // blocks in the order in which residual blocks first name them. Loss functions and bounds are not
-  // supported (CHECK). The problem must not change afterwards.
-  NormalEquations(ceres::Problem* problem, ceres::EvaluationCallback* callback,
-                  const std::vector<double*>& order);
+  // `callback` prepares the blocks for an evaluation, null if none. Unknowns are in the order of the parameters'
+  // numbers. The energy's blocks, constant parameters and manifolds must not change afterwards.
+  NormalEquations(const RoundEnergy& energy, ceres::EvaluationCallback* callback);
 
   int unknowns() const { return unknowns_; }
   // Parameter blocks with unknowns, and the first unknown of each.
   struct MovingBlock {
+    int parameter;  // its number in the RoundEnergy
     double* values;
     const ceres::Manifold* manifold;  // null when none
     int size;                         // coordinates
@@ -74,65 +65,75 @@ class NormalEquations {
   bool SetPlus(const State& state, const Eigen::VectorXd& delta);
 
  private:
-  static constexpr int kBatch = 4096;  // residual blocks
+  static constexpr int kBatch = 4096;  // blocks
   enum class Wanted { kCost, kGradient, kMatrix };
-  struct Residuals {
-    const ceres::CostFunction* cost_function;
-    const TangentCost* tangent;  // the same, or null
-    int first_parameter;         // into parameters_, blocks as the cost function takes them
+  // Blocks [begin, end) of one part of the energy; `first` is the number of the first among all.
+  struct Batch {
+    const EnergyBlocks* blocks;
+    int begin;
+    int end;
+    int first;
+  };
+  struct Part {
+    int first;  // number of its first block among all
+    int first_batch;
+  };
+  struct Place {
     int first_value;  // into the batch's buffer: m gradient entries, then the m x m matrix
     int unknowns;     // m
   };
-  struct Parameter {
-    double* values;
-    int block;  // index into blocks_, -1 for a constant one
-  };
-  // One row block of H in one batch: the contributions [begin, end) are its residual blocks there.
+  // One row block of H in one batch: the contributions [begin, end) are its blocks there.
   struct RowTask {
     int block;
     int begin;
     int end;
-    int64_t first_slot;
-  };
-  // Upper off-diagonal block of a row block: the transpose of one of `block`'s lower ones.
-  struct Mirror {
-    int block;
-    int lower;  // offset in the rows of `block`
-    int upper;  // offset in the row block's own rows
+    int first_slot;
   };
   struct Contribution {
-    int residuals;  // index into residuals_
-    int row;        // first unknown of the row block among those of the residual block
+    int of;   // number of the block among all
+    int row;  // first unknown of the row block among those of the block
   };
 
-  void MakeUnknowns(const std::vector<ceres::ResidualBlockId>& ids,
-                    const std::vector<double*>& order, ceres::Problem* problem);
-  int ParameterEnd(int residuals) const;
+  void MakeUnknowns();
+  void MakeBatches();
   void MakePattern();
   void MakeRows(const Adjacency& lower);
   void MakeSlots(const std::vector<int>& first, const Adjacency& lower);
+  int BatchOf(int of) const;  // the number of its batch
+  // Parameter blocks of block `of` of all, which is in `batch`.
+  const int* ParametersBegin(const Batch& batch, int of) const {
+    return batch.blocks->parameters().Begin(batch.begin + of - batch.first);
+  }
+  const int* ParametersEnd(const Batch& batch, int of) const {
+    return batch.blocks->parameters().End(batch.begin + of - batch.first);
+  }
   bool Run(Wanted wanted, double* cost, Eigen::VectorXd* gradient);
-  bool EvaluateResiduals(int index, Wanted wanted);
-  bool EvaluateTangent(int index, Wanted wanted);
-  void AddRows(const RowTask& task, Wanted wanted, Eigen::VectorXd* gradient);
+  bool EvaluateBlock(const Batch& batch, int k, Wanted wanted);
+  void AddRows(const Batch& batch, const RowTask& task, Wanted wanted, Eigen::VectorXd* gradient);
   void CopyLowerToUpper();
 
+  const RoundEnergy& energy_;
   ceres::EvaluationCallback* callback_;
   bool point_is_new_ = true;
   int unknowns_ = 0;
   int state_size_ = 0;
   std::vector<MovingBlock> blocks_;
-  std::vector<Residuals> residuals_;
-  std::vector<Parameter> parameters_;
+  std::vector<int> block_of_unknown_;
+  std::vector<int> moving_of_;  // of each parameter, into blocks_; -1 for a constant one
+  std::vector<Part> parts_;     // of the energy
+  std::vector<Batch> batches_;
+  std::vector<Place> places_;           // of each block of the energy
+  std::vector<double> costs_;           // of each block of the energy
   std::vector<int> first_plus_;         // of each moving block, into plus_jacobians_
   std::vector<double> plus_jacobians_;  // of all blocks, at the current values
-  std::vector<double> costs_;           // of each residual block
   std::vector<Contribution> contributions_;
   std::vector<RowTask> row_tasks_;
-  std::vector<int> first_task_;    // of each batch, and the end
-  std::vector<int> slots_;         // offset in its rows of each lower entry of each contribution
-  std::vector<int> first_mirror_;  // of each moving block, and the end
-  std::vector<Mirror> mirrors_;
+  std::vector<int> first_task_;   // of each batch, and the end
+  std::vector<uint16_t> slots_;   // offset in its rows of each lower entry of each contribution
+  std::vector<int> first_upper_;  // of each moving block, and the end
+  // Of every upper off-diagonal block of a row block, in the order of its columns: the offset in the rows of that
+  // column's block of the lower block that it is the transpose of.
+  std::vector<uint16_t> lower_of_upper_;
   std::vector<double> buffer_;  // one batch
   SymmetricMatrix matrix_;
 };

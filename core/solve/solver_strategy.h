@@ -1,14 +1,13 @@
-// The minimisers burin can use on a round's ceres::Problem, by name. They all see the same problem;
+// The minimisers burin can use on a round's energy, by name. They all see the same energy, those of Ceres as a
+// ceres::Problem (core/solve/ceres_problem.h);
 // adding one is a file core/solve/strategy_NAME.cc and a row of core/solve/strategies.inc.
 #pragma once
 
 #include <ceres/evaluation_callback.h>
-#include <ceres/problem.h>
 
 #include <Eigen/Core>
 #include <functional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "core/solve/energy_term.h"
@@ -50,16 +49,11 @@ struct IterationRecord {
 // What a strategy gets to work on. Positions are in the normalised world, whose unit is the median
 // pixel footprint; manifolds and constant blocks are already set.
 struct SolveTask {
-  ceres::Problem* problem = nullptr;
-  ceres::EvaluationCallback* evaluation_callback = nullptr;  // the problem's
+  const RoundEnergy* energy = nullptr;
+  ceres::EvaluationCallback* evaluation_callback = nullptr;  // of the terms
   std::vector<Eigen::Vector3d>* vertices = nullptr;
-  // Parameter blocks of the vertices that the problem has, by vertex: the order of unknowns for
-  // NormalEquations.
-  std::vector<double*> blocks;
   const RoundContext* context = nullptr;
   double pixel = 1;  // of the level, 2^level in the unit of the positions
-  // Residual blocks by term, in the order in which the terms were given.
-  std::vector<std::pair<std::string, std::vector<ceres::ResidualBlockId>>> term_blocks;
   // Called after every iteration; false stops the solve.
   std::function<bool(const IterationRecord&)> on_iteration;
   // The vertices must hold the last accepted point whenever on_iteration is called. Otherwise they

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/solve/ceres_problem.h"
 #include "core/solve/strategies.h"
-#include "core/solve/tangent_cost.h"
 
 namespace burin {
 namespace {
@@ -55,8 +55,8 @@ SolveSummary RunCeres(const SolveTask& task, ceres::Solver::Options options, dou
   options.callbacks.push_back(&forwarder);
   options.update_state_every_iteration = task.follow_vertices;
   ceres::Solver::Summary ceres_summary;
-  const ResidualsExpected expected(task.problem);
-  ceres::Solve(options, task.problem, &ceres_summary);
+  const CeresProblem problem(*task.energy, task.evaluation_callback);
+  ceres::Solve(options, problem.get(), &ceres_summary);
   SolveSummary summary;
   summary.usable = ceres_summary.IsSolutionUsable();
   summary.initial_energy = ceres_summary.initial_cost;
@@ -89,10 +89,7 @@ SolveSummary TrustRegion(const SolveTask& task, const SolverOptions& options,
   ceres_options.initial_trust_region_radius = options.initial_trust_radius;
   ceres_options.max_linear_solver_iterations = options.cg_max_iterations;
   ceres_options.eta = options.cg_tolerance;
-  int moving = 0;
-  for (double* block : task.blocks) {
-    if (!task.problem->IsParameterBlockConstant(block)) ++moving;
-  }
+  const auto moving = static_cast<double>(task.energy->Moving().size());
   return RunCeres(task, ceres_options, options.min_step_px * task.pixel * std::sqrt(moving));
 }
 

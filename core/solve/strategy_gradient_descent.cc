@@ -1,12 +1,11 @@
 // The paper's minimiser: gradient steps of one length and umbrella steps.
-#include <ceres/problem.h>
-
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
-#include "core/solve/block_energy.h"
+#include "core/solve/ceres_problem.h"
 #include "core/solve/strategies.h"
-#include "core/solve/tangent_cost.h"
 #include "core/support/stopwatch.h"
 
 namespace burin {
@@ -17,22 +16,16 @@ namespace burin {
 // stands for them; records have their energy in, to be compared with those of other strategies.
 SolveSummary SolveGradientDescent(const SolveTask& task, const SolverOptions& options) {
   const Stopwatch watch;
-  const ResidualsExpected expected(task.problem);
+  const CeresProblem problem(*task.energy, task.evaluation_callback);
   std::vector<Eigen::Vector3d>& vertices = *task.vertices;
   ceres::Problem::EvaluateOptions evaluate;
-  std::vector<ceres::ResidualBlockId> smoothness_blocks;
-  for (const auto& [name, blocks] : task.term_blocks) {
-    std::vector<ceres::ResidualBlockId>& group =
-        name == "smoothness" ? smoothness_blocks : evaluate.residual_blocks;
-    group.insert(group.end(), blocks.begin(), blocks.end());
-  }
+  evaluate.residual_blocks =
+      problem.ResidualBlocks([](const std::string& term) { return term != "smoothness"; });
   std::vector<int> moving;
-  for (size_t v = 0; v < vertices.size(); ++v) {
-    double* block = vertices[v].data();
-    if (!task.problem->HasParameterBlock(block)) continue;
-    if (task.problem->IsParameterBlockConstant(block)) continue;
-    moving.push_back(static_cast<int>(v));
-    evaluate.parameter_blocks.push_back(block);
+  for (const int parameter : task.energy->Moving()) {
+    if (parameter >= static_cast<int>(vertices.size())) continue;  // a term's own
+    moving.push_back(parameter);
+    evaluate.parameter_blocks.push_back(task.energy->Values(parameter));
   }
   const bool along_normal = task.context->motion == Motion::kNormal;
   SolveSummary summary;
@@ -43,7 +36,7 @@ SolveSummary SolveGradientDescent(const SolveTask& task, const SolverOptions& op
   std::vector<double> gradient;
   for (int iteration = 0;; ++iteration) {
     double energy = 0;
-    if (!task.problem->Evaluate(evaluate, &energy, nullptr, &gradient, nullptr) ||
+    if (!problem->Evaluate(evaluate, &energy, nullptr, &gradient, nullptr) ||
         !std::isfinite(energy)) {
       summary.termination = "Evaluation failed.";
       break;
@@ -62,7 +55,7 @@ SolveSummary SolveGradientDescent(const SolveTask& task, const SolverOptions& op
     }
     IterationRecord record;
     record.iteration = iteration;
-    record.energy = energy + BlockEnergy(*task.problem, smoothness_blocks);
+    record.energy = energy + task.energy->EnergyOf("smoothness");
     for (double m : magnitude) record.gradient_max = std::max(record.gradient_max, m);
     if (iteration == 0 && !magnitude.empty()) {
       const size_t rank = magnitude.size() * 99 / 100;

@@ -32,9 +32,7 @@ constexpr double kGradientTolerance = 1e-10;
 class LmPcg {
  public:
   LmPcg(const SolveTask& task, const SolverOptions& options)
-      : task_(task),
-        options_(options),
-        equations_(task.problem, task.evaluation_callback, task.blocks) {
+      : task_(task), options_(options), equations_(*task.energy, task.evaluation_callback) {
     for (const NormalEquations::MovingBlock& block : equations_.moving_blocks()) {
       first_.push_back(block.first_unknown);
     }

@@ -22,7 +22,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <unordered_map>
 
 #include "core/solve/normal_equations.h"
 #include "core/solve/sparse_cholesky.h"
@@ -41,24 +40,22 @@ constexpr double kMeanDamping = 0.01;
 SymmetricMatrix SobolevMatrix(const NormalEquations& equations, const SolveTask& task,
                               double length) {
   const std::vector<NormalEquations::MovingBlock>& blocks = equations.moving_blocks();
-  std::unordered_map<const double*, int> index;
-  for (size_t k = 0; k < blocks.size(); ++k) index.emplace(blocks[k].values, static_cast<int>(k));
-  std::vector<Eigen::Vector3d>& vertices = *task.vertices;
-  const Eigen::Vector3d* first = vertices.data();
-  const Eigen::Vector3d* last = first + vertices.size();
+  const auto vertex_count = static_cast<int>(task.vertices->size());
+  std::vector<int> moving_of(vertex_count, -1);  // of a vertex, into `blocks`
+  for (size_t k = 0; k < blocks.size(); ++k) {
+    if (blocks[k].parameter < vertex_count) moving_of[blocks[k].parameter] = static_cast<int>(k);
+  }
   SymmetricMatrix matrix;
   matrix.size = equations.unknowns();
   matrix.start.push_back(0);
   std::vector<int> neighbors;
   for (size_t k = 0; k < blocks.size(); ++k) {
     neighbors.clear();
-    const auto* vertex = reinterpret_cast<const Eigen::Vector3d*>(blocks[k].values);
-    if (vertex >= first && vertex < last) {
-      const int v = static_cast<int>(vertex - first);
+    const int v = blocks[k].parameter;
+    if (v < vertex_count) {
       const Adjacency& graph = task.context->neighbors;
       for (const int* n = graph.Begin(v); n != graph.End(v); ++n) {
-        const auto found = index.find(vertices[*n].data());
-        if (found != index.end()) neighbors.push_back(found->second);
+        if (moving_of[*n] >= 0) neighbors.push_back(moving_of[*n]);
       }
       neighbors.push_back(static_cast<int>(k));
       std::sort(neighbors.begin(), neighbors.end());
@@ -167,7 +164,7 @@ SolveSummary Failed(SolveSummary summary, const std::string& why) {
 template <typename MakeFactor>
 SolveSummary Minimise(const SolveTask& task, const SolverOptions& options,
                       const MakeFactor& make_factor) {
-  NormalEquations equations(task.problem, task.evaluation_callback, task.blocks);
+  NormalEquations equations(*task.energy, task.evaluation_callback);
   SolveSummary summary;
   summary.unknowns = equations.unknowns();
   Eigen::VectorXd gradient;

@@ -38,13 +38,13 @@ class PlaneRound : public burin::TermRound {
     for (const Eigen::Vector3d& vertex : context.mesh->vertices) plane_ += vertex.z();
     plane_ /= static_cast<double>(context.mesh->vertices.size());
   }
-  void AddResiduals(ceres::Problem* problem, burin::RoundParameters* parameters) override {
-    std::vector<Eigen::Vector3d>& vertices = parameters->vertices;
+  void AddBlocks(burin::RoundEnergy* energy) override {
+    std::vector<Eigen::Vector3d>& vertices = energy->parameters().vertices;
     for (size_t v = 0; v < vertices.size(); ++v) {
       if (context_.supported[v] == 0) continue;
-      problem->AddResidualBlock(
-          new ceres::AutoDiffCostFunction<ToPlane, 1, 3>(new ToPlane(weight_, plane_)), nullptr,
-          vertices[v].data());
+      energy->Add(std::make_unique<ceres::AutoDiffCostFunction<ToPlane, 1, 3>>(
+                      new ToPlane(weight_, plane_)),
+                  /*loss=*/nullptr, {vertices[v].data()});
     }
   }
   nlohmann::json Report() const override { return {{"plane", plane_}}; }
@@ -89,7 +89,7 @@ std::vector<burin::CameraPair> NearestPairs(const burin::Scene& scene) {
 // A strategy: the diagonal of the Gauss-Newton matrix as step size, halved until the energy falls.
 burin::SolveSummary SolveDiagonal(const burin::SolveTask& task,
                                   const burin::SolverOptions& options) {
-  burin::NormalEquations equations(task.problem, task.evaluation_callback, task.blocks);
+  burin::NormalEquations equations(*task.energy, task.evaluation_callback);
   burin::SolveSummary summary;
   summary.unknowns = equations.unknowns();
   double energy = 0;

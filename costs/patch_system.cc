@@ -1,0 +1,139 @@
+#include "costs/patch_system.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+namespace burin {
+namespace {
+
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// delta relative to the mean diagonal of H, plus a floor for patches without texture.
+constexpr double kRelativeDamping = 1e-6;
+constexpr double kAbsoluteDamping = 1e-9;
+
+// H + delta I factored, and what follows from it. Of one thread, to be used again.
+struct Factored {
+  std::vector<double> matrix;  // L, row-major, in the lower triangle
+  std::vector<double> solved;  // L^-1 g
+  double damping = 0;          // delta
+  double beta = 1;             // 0 where the patch's windows agree and its gradient is rounding
+
+  // False where the system is not finite.
+  bool Make(const PatchSystem& system);
+};
+
+bool Factored::Make(const PatchSystem& system) {
+  const int n = system.Unknowns();
+  matrix = system.curvature;
+  solved = system.gradient;
+  Eigen::Map<Matrix> map(matrix.data(), n, n);
+  damping = kRelativeDamping * map.trace() / n + kAbsoluteDamping;
+  map.diagonal().array() += damping;
+  const Eigen::LLT<Eigen::Ref<Matrix>> factor(map);  // in place
+  if (factor.info() != Eigen::Success) return false;
+  Eigen::Map<Eigen::VectorXd> r(solved.data(), n);
+  factor.matrixL().solveInPlace(r);
+  const double squared = r.squaredNorm();
+  if (!std::isfinite(squared + system.cost)) return false;
+  beta = 1;
+  if (squared > 2 * system.cost) {
+    beta = system.cost <= 0 ? 0 : std::sqrt(squared / (2 * system.cost));
+  }
+  return true;
+}
+
+}  // namespace
+
+void PatchVertices(const RoundContext& context, int vertex, std::vector<int>* vertices) {
+  vertices->assign(1, vertex);
+  for (const int* f = context.faces.Begin(vertex); f != context.faces.End(vertex); ++f) {
+    for (const int v : context.mesh->faces[*f]) {
+      if (std::find(vertices->begin(), vertices->end(), v) == vertices->end()) {
+        vertices->push_back(v);
+      }
+    }
+  }
+}
+
+void PatchSystem::Make(const PhotometricRound& round, int vertex) {
+  const RoundContext& context = round.context();
+  const bool normal_motion = context.motion == Motion::kNormal;
+  PatchVertices(context, vertex, &vertices);
+  const size_t n = (normal_motion ? 1 : 3) * vertices.size();
+  cost = 0;
+  gradient.assign(n, 0.0);
+  curvature.assign(n * n, 0.0);
+  for (const int* f = context.faces.Begin(vertex); f != context.faces.End(vertex); ++f) {
+    const Eigen::Vector3i& face = context.mesh->faces[*f];
+    const int own = face[0] == vertex ? 0 : (face[1] == vertex ? 1 : 2);
+    const CornerSums& sums = round.corner_sums()[3 * static_cast<size_t>(*f) + own];
+    const Eigen::Vector3d& normal = round.facet_normals()[*f];
+    cost += sums.share;
+    size_t local[3];
+    double along[3] = {0, 0, 0};  // n . N_k
+    for (int k = 0; k < 3; ++k) {
+      local[k] = static_cast<size_t>(std::find(vertices.begin(), vertices.end(), face[k]) -
+                                     vertices.begin());
+      if (normal_motion) along[k] = normal.dot(context.normals[face[k]]);
+    }
+    for (int k = 0; k < 3; ++k) {
+      const size_t row = local[k];
+      if (normal_motion) {
+        gradient[row] += sums.slope[k] * along[k];
+      } else {
+        for (int c = 0; c < 3; ++c) gradient[3 * row + c] += sums.slope[k] * normal[c];
+      }
+      for (int l = 0; l < 3; ++l) {
+        const size_t column = local[l];
+        const double value = sums.curvature[CornerSums::Packed(k, l)];
+        if (normal_motion) {
+          curvature[row * n + column] += value * along[k] * along[l];
+          continue;
+        }
+        for (int c = 0; c < 3; ++c) {
+          for (int d = 0; d < 3; ++d) {
+            curvature[(3 * row + c) * n + 3 * column + d] += value * normal[c] * normal[d];
+          }
+        }
+      }
+    }
+  }
+}
+
+PatchScale ScaleOf(const PatchSystem& system) {
+  static thread_local Factored factored;
+  if (!factored.Make(system)) {
+    return {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
+  }
+  const double squared = factored.beta > 0 ? factored.beta * factored.beta : 1;
+  return {squared, squared * factored.damping};
+}
+
+void Factor(const PatchSystem& system, PatchFactor* result) {
+  static thread_local Factored factored;
+  result->valid = factored.Make(system);
+  if (!result->valid) return;
+  const auto n = static_cast<size_t>(system.Unknowns());
+  result->values.clear();
+  result->values.reserve(n + 1 + n * (n + 1) / 2);
+  double squared = 0;
+  for (const double solved : factored.solved) {
+    const double r = factored.beta > 0 ? solved / factored.beta : 0;
+    squared += r * r;
+    result->values.push_back(r);
+  }
+  result->values.push_back(std::sqrt(std::max(0.0, 2 * system.cost - squared)));
+  const double scale = factored.beta > 0 ? factored.beta : 1;
+  for (size_t row = 0; row < n; ++row) {
+    for (size_t column = 0; column <= row; ++column) {
+      result->values.push_back(scale * factored.matrix[row * n + column]);
+    }
+  }
+}
+
+}  // namespace burin
