@@ -80,8 +80,8 @@ FrozenWindows FreezeWindows(const RoundContext& context, const PhotometricOption
   for (size_t i = 0; i < domains.size(); ++i) {
     const ViewDomain& domain = domains[i];
     cameras.push_back((*context.views)[i].camera);
-    windows.reference_pixels += static_cast<int64_t>(domain.pixel.size());
-    if (domain.pixel.empty() || mode == MaskMode::kNone) continue;
+    windows.reference_pixels += static_cast<int64_t>(domain.PixelCount());
+    if (domain.PixelCount() == 0 || mode == MaskMode::kNone) continue;
     const DepthPlanes planes = MakeDepthPlanes(domain, *context.mesh, cameras[i]);
     windows.masks[i] =
         MakeWindowMasks(planes, options.window / 2, mode, options.mask.plane_px, min_taps);
