@@ -21,6 +21,8 @@
 #include "core/scene/pyramid.h"
 #include "core/support/parallel.h"
 #include "core/synthetic/synthetic.h"
+#include "core/visibility/facet_map.h"
+#include "core/visibility/visibility.h"
 #include "costs/photometric_energy.h"
 #include "selection/pair_selection.h"
 
@@ -98,6 +100,7 @@ BENCHMARK(Evaluation)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 
+// What a round freezes: facet maps, regions of all pairs, and what is told of vertices.
 void Visibility(benchmark::State& state) {
   Frozen& frozen = TheFrozen();
   const ThreadScope threads(static_cast<int>(state.range(0)));
@@ -105,6 +108,13 @@ void Visibility(benchmark::State& state) {
   for (auto _ : state) {
     FreezeRound(frozen.views, frozen.pairs, frozen.mesh, Motion::kNormal, 3, &domains);
   }
+  int64_t pixels = 0;
+  for (const ViewDomain& domain : domains) {
+    for (const int64_t of_pair : domain.pair_pixels) pixels += of_pair;
+  }
+  state.counters["pair_pixels_per_s"] = benchmark::Counter(
+      static_cast<double>(pixels), benchmark::Counter::kIsIterationInvariantRate);
+  state.counters["faces"] = static_cast<double>(frozen.mesh.faces.size());
 }
 BENCHMARK(Visibility)
     ->ArgName("threads")
@@ -112,6 +122,30 @@ BENCHMARK(Visibility)
     ->Arg(2)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
+
+// The facet maps alone, of all views.
+void FacetMaps(benchmark::State& state) {
+  Frozen& frozen = TheFrozen();
+  const ThreadScope threads(1);
+  int64_t pixels = 0;
+  for (auto _ : state) {
+    for (const LevelView& view : frozen.views) {
+      const CornerMap map(frozen.mesh, view.camera);
+      pixels += static_cast<int64_t>(map.width) * map.height;
+    }
+  }
+  state.counters["pixels_per_s"] =
+      benchmark::Counter(static_cast<double>(pixels), benchmark::Counter::kIsRate);
+}
+BENCHMARK(FacetMaps)->Unit(benchmark::kMillisecond);
+
+// Embree's tree over the facets, for the points that need a ray.
+void RayTree(benchmark::State& state) {
+  Frozen& frozen = TheFrozen();
+  const ThreadScope threads(1);
+  for (auto _ : state) benchmark::DoNotOptimize(RayCaster(frozen.mesh));
+}
+BENCHMARK(RayTree)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace burin

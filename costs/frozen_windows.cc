@@ -79,11 +79,11 @@ FrozenWindows FreezeWindows(const RoundContext& context, const PhotometricOption
   std::vector<Camera> cameras;
   for (size_t i = 0; i < domains.size(); ++i) {
     cameras.push_back((*context.views)[i].camera);
-    windows.reference_pixels += static_cast<int64_t>(domains[i].pixel.size());
+    windows.reference_pixels += static_cast<int64_t>(domains[i].PixelCount());
   }
   const auto freeze = [&](int i) {
     const ViewDomain& domain = domains[i];
-    if (domain.pixel.empty() || mode == MaskMode::kNone) return;
+    if (domain.PixelCount() == 0 || mode == MaskMode::kNone) return;
     const DepthPlanes planes = MakeDepthPlanes(domain, *context.mesh, cameras[i],
                                                /*ray_lengths=*/mode != MaskMode::kPlane);
     windows.masks[i] =

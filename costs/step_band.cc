@@ -208,7 +208,7 @@ std::vector<PartnerBits> WithoutSteps(const std::vector<ViewDomain>& domains,
   for (size_t i = 0; i < domains.size(); ++i) {
     result.push_back(partners[i]->second_visible);
     if (partners[i]->seconds.empty() || near_steps[i].empty()) continue;
-    for (const uint32_t pixel : domains[i].pixel) {
+    for (size_t pixel = 0; pixel < near_steps[i].size(); ++pixel) {
       if (near_steps[i][pixel] != 0) result[i].ClearAll(pixel);
     }
   }

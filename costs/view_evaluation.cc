@@ -151,9 +151,7 @@ class ViewEvaluationIn : public ViewEvaluation {
   }
 
   void Prefetch(const ViewDomain& domain, int k, const CornerSumsList& sums) const {
-    const uint32_t* const last = domain.pixel.data() + domain.start[3 * static_cast<size_t>(k) + 3];
-    const uint32_t* pixel = domain.pixel.data() + domain.start[3 * static_cast<size_t>(k)];
-    for (; pixel != last; ++pixel) __builtin_prefetch(fields_.Of(*pixel));
+    for (const ImagePixel pixel : domain.PixelsOf(k)) __builtin_prefetch(fields_.Of(pixel.index));
     const size_t first = 3 * static_cast<size_t>(domain.facet[k]);
     for (size_t corner = 0; corner < 3; ++corner) sums.Prefetch(first + corner);
   }

@@ -117,8 +117,8 @@ cv::Mat3b KeptTapsPicture(const cv::Mat1f& image, const ViewDomain& domain,
                           const WindowMasks& masks) {
   const int side = 2 * masks.radius + 1;
   cv::Mat1f kept(image.size(), 0.0F);
-  for (const uint32_t p : domain.pixel) {
-    kept(static_cast<int>(p) / domain.width, static_cast<int>(p) % domain.width) = 1;
+  for (size_t k = 0; k < domain.facet.size(); ++k) {
+    for (const ImagePixel pixel : domain.PixelsOf(k)) kept(pixel.row, pixel.column) = 1;
   }
   for (int y = 0; y < image.rows && masks.size() > 0; ++y) {
     for (size_t entry = masks.row_start[y]; entry < masks.row_start[y + 1]; ++entry) {

@@ -2,6 +2,7 @@
 #include "core/visibility/facet_map.h"
 
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include "core/support/parallel.h"
 #include "core/visibility/facet_pencil.h"
@@ -137,6 +138,62 @@ TEST(FacetMap, IsTheSameForAnyNumberOfThreads) {
     const ThreadScope scope(threads);
     EXPECT_EQ(cv::countNonZero(FacetMap(mesh, camera) != whole), 0);
   }
+}
+
+TEST(FacetMap, IsTheSameWithEveryInstructionSet) {
+  // Edges through pixel centres, facets wider than a vector, slivers; rounding may differ at edges.
+  const TriangleMesh mesh = TrianglesAround(2000, 0.15, 7);
+  const Camera camera = test::LookAt({0, 0, 3}, {0, 0, 0}, 211, 157, 150);
+  const cv::Mat1i chosen = FacetMap(mesh, camera);
+  const std::vector<int64_t> targets = hwy::SupportedAndGeneratedTargets();
+  ASSERT_FALSE(targets.empty());
+  for (const int64_t target : targets) {
+    hwy::SetSupportedTargetsForTest(target);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    EXPECT_LE(cv::countNonZero(FacetMap(mesh, camera) != chosen), 3) << hwy::TargetName(target);
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+}
+
+// A facet that goes over the right border draws nothing at the left one of the next row.
+TEST(FacetMap, EndsAtTheImage) {
+  const Camera camera = test::LookAt({0, 0, 4}, {0, 0, 0}, 33, 21, 30);
+  TriangleMesh mesh;
+  const ViewRays rays(camera);
+  for (const auto& [x, y] : {std::pair(29.0, -5.0), std::pair(80.0, 10.0), std::pair(29.0, 40.0)}) {
+    mesh.vertices.push_back(rays.center + rays.ray_from_pixel * Eigen::Vector3d(x, y, 1));
+  }
+  mesh.faces = {{0, 1, 2}};
+  const cv::Mat1i map = FacetMap(mesh, camera);
+  EXPECT_EQ(cv::countNonZero(map(cv::Rect(0, 0, 29, 21)) >= 0), 0);
+  EXPECT_EQ(cv::countNonZero(map(cv::Rect(29, 0, 4, 21)) < 0), 0);
+}
+
+TEST(CornerMap, HoldsTheNearestCornerAndTheDepth) {
+  const TriangleMesh mesh = test::OccluderMesh();
+  const Camera camera = test::RandomViews(96, 80)[0].camera;
+  const CornerMap map(mesh, camera);
+  const ViewRays rays(camera);
+  int seen = 0;
+  for (int y = 0; y < map.height; ++y) {
+    for (int x = 0; x < map.width; ++x) {
+      const int code = map.CodeAt(x, y);
+      if (code < 0) {
+        EXPECT_EQ(map.InverseDepthAt(x, y), 0);
+        continue;
+      }
+      const auto [facet, corner] = FacetCorner::Of(code);
+      const FacetPencil pencil = MakeFacetPencil(mesh.vertices, mesh.faces[facet], rays);
+      const Eigen::Vector3d u = pencil.coefficients * Eigen::Vector3d(x + 0.5, y + 0.5, 1);
+      EXPECT_GE(u[corner], u.maxCoeff() - 1e-9);
+      EXPECT_NEAR(map.InverseDepthAt(x, y), u.sum(), 1e-6 * u.sum());
+      const InverseDepthPlane plane = MakeInverseDepth(mesh.vertices, mesh.faces[facet], rays);
+      EXPECT_NEAR(plane.At(x + 0.5, y + 0.5), u.sum(), 1e-9 * u.sum());
+      ++seen;
+    }
+  }
+  EXPECT_GT(seen, 96 * 80 / 2);
 }
 
 }  // namespace

@@ -73,7 +73,7 @@ TEST(PixelRange, CentresOfTheFirstAndLastPixelsOfRows) {
       indices.push_back(row * width + width - 1);
     }
     size_t n = 0;
-    for (const ImagePixel pixel : PixelRange(indices.data(), indices.data() + 10, width)) {
+    for (const ImagePixel pixel : PixelRange(indices.data(), 10, width)) {
       EXPECT_EQ(pixel.index, indices[n]);
       EXPECT_EQ(pixel.row, static_cast<int>(indices[n] / width));
       EXPECT_EQ(pixel.column, n % 2 == 0 ? 0 : width - 1);
@@ -83,6 +83,20 @@ TEST(PixelRange, CentresOfTheFirstAndLastPixelsOfRows) {
     }
     EXPECT_EQ(n, 10U);
   }
+}
+
+TEST(PixelRange, NearPixelsCountFromTheirBox) {
+  const std::vector<uint16_t> near = {0, 255, 256, 65535};
+  const int columns[4] = {70, 325, 70, 325};
+  const int rows[4] = {9, 9, 10, 264};
+  size_t n = 0;
+  for (const ImagePixel pixel : PixelRange(near.data(), near.size(), 70, 9, 640)) {
+    EXPECT_EQ(pixel.column, columns[n]);
+    EXPECT_EQ(pixel.row, rows[n]);
+    EXPECT_EQ(pixel.index, static_cast<uint32_t>(640 * rows[n] + columns[n]));
+    ++n;
+  }
+  EXPECT_EQ(n, 4U);
 }
 
 }  // namespace

@@ -81,7 +81,7 @@ TEST(Photometric, SceneHasOcclusions) {
   for (const ViewDomain& domain : fixture.domains) {
     for (int64_t pixels : domain.pair_pixels) {
       EXPECT_GT(pixels, 1000);
-      EXPECT_LT(pixels, 0.97 * static_cast<double>(domain.pixel.size()));
+      EXPECT_LT(pixels, 0.97 * static_cast<double>(domain.PixelCount()));
     }
   }
 }
@@ -116,7 +116,7 @@ TEST_P(PhotometricMasks, MaskManyWindows) {
   int64_t windows = 0;
   int64_t partly = 0;
   for (size_t i = 0; i < fixture.domains.size(); ++i) {
-    windows += static_cast<int64_t>(fixture.domains[i].pixel.size());
+    windows += static_cast<int64_t>(fixture.domains[i].PixelCount());
     const WindowMasks& masks = fixture.energy->masks(static_cast<int>(i));
     for (size_t entry = 0; entry < masks.size(); ++entry) {
       const int kept = __builtin_popcountll(masks.bits[entry]);

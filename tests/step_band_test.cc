@@ -148,26 +148,30 @@ TEST(StepBand, StepsOfBothViewsCount) {
   for (size_t i = 0; i < scene.views.size(); ++i) {
     const ViewDomain& domain = scene.domains[i];
     const DepthPlanes planes = MakeDepthPlanes(domain, scene.mesh, scene.cameras[i]);
-    for (const uint32_t p : domain.pixel) {
-      const Camera& camera = scene.cameras[i];
-      const Eigen::Vector3d point =
-          camera.Center() + camera.Ray(p % domain.width + 0.5, p / domain.width + 0.5) /
-                                static_cast<double>(planes.inverse_depth[p]);
-      for (size_t b = 0; b < domain.seconds.size(); ++b) {
-        const bool visible = domain.second_visible.Test(b, p);
-        const Camera& second = scene.cameras[domain.seconds[b]];
-        const Eigen::Vector2d q = second.Project(point);
-        // Depths are in single precision here: leave out what falls beside a pixel's edge.
-        if (!visible || std::abs(q.x() - std::round(q.x())) < 1e-3 ||
-            std::abs(q.y() - std::round(q.y())) < 1e-3) {
-          continue;
+    for (size_t k = 0; k < domain.facet.size(); ++k) {
+      for (const ImagePixel pixel : domain.PixelsOf(k)) {
+        const uint32_t p = pixel.index;
+        const Camera& camera = scene.cameras[i];
+        const Eigen::Vector3d point =
+            camera.Center() +
+            camera.Ray(pixel.x(), pixel.y()) / static_cast<double>(planes.inverse_depth[p]);
+        for (size_t b = 0; b < domain.seconds.size(); ++b) {
+          const bool visible = domain.second_visible.Test(b, p);
+          const Camera& second = scene.cameras[domain.seconds[b]];
+          const Eigen::Vector2d q = second.Project(point);
+          // Depths are in single precision here: leave out what falls beside a pixel's edge.
+          if (!visible || std::abs(q.x() - std::round(q.x())) < 1e-3 ||
+              std::abs(q.y() - std::round(q.y())) < 1e-3) {
+            continue;
+          }
+          const size_t q_pixel =
+              static_cast<size_t>(q.y()) * second.width + static_cast<int>(q.x());
+          const bool near_i = scene.near_steps[i][p] != 0;
+          const bool near_j = scene.near_steps[domain.seconds[b]][q_pixel] != 0;
+          by_reference += near_i && !near_j ? 1 : 0;
+          by_second += near_j && !near_i ? 1 : 0;
+          ASSERT_EQ(bits[i].Test(b, p), !near_i && !near_j) << i << " " << p;
         }
-        const size_t q_pixel = static_cast<size_t>(q.y()) * second.width + static_cast<int>(q.x());
-        const bool near_i = scene.near_steps[i][p] != 0;
-        const bool near_j = scene.near_steps[domain.seconds[b]][q_pixel] != 0;
-        by_reference += near_i && !near_j ? 1 : 0;
-        by_second += near_j && !near_i ? 1 : 0;
-        ASSERT_EQ(bits[i].Test(b, p), !near_i && !near_j) << i << " " << p;
       }
     }
   }

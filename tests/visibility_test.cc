@@ -46,7 +46,7 @@ TEST(Visibility, ASingleSheetHidesNothingOfItself) {
   const auto domains = RayCaster(mesh).Cast(cameras, test::AllPairs(), -1e9);
   for (const ViewDomain& domain : domains) {
     for (int64_t pixels : domain.pair_pixels) {
-      EXPECT_EQ(pixels, static_cast<int64_t>(domain.pixel.size()));
+      EXPECT_EQ(pixels, static_cast<int64_t>(domain.PixelCount()));
     }
   }
 }
@@ -113,7 +113,7 @@ TEST(Visibility, FacetsSeenFromBehindAreNoPartOfTheDomain) {
   for (auto& face : mesh.faces) std::swap(face[1], face[2]);
   const Camera camera = test::LookAt({0, 0, 5}, {0, 0, 0}, 64, 64, 64);
   const auto domains = RayCaster(mesh).Cast({camera, camera}, {{0, 1}}, 0);
-  EXPECT_TRUE(domains[0].pixel.empty());
+  EXPECT_EQ(domains[0].PixelCount(), 0U);
 }
 
 TEST(Visibility, PixelsAreListedByTheirNearestCorner) {
@@ -136,6 +136,32 @@ TEST(Visibility, PixelsAreListedByTheirNearestCorner) {
   }
 }
 
+// Facets up to 256 pixels wide and larger ones, whose lists differ.
+TEST(Visibility, PixelListsOfLargeFacets) {
+  TriangleMesh mesh;
+  test::AppendGrid(&mesh, 2, 0, 0, 2, [](double, double) { return 0.0; });
+  for (const int size : {200, 250, 270, 400}) {
+    const Camera camera = test::LookAt({0.1, 0.2, 4}, {0.1, 0.2, 0}, 600, 500, size);
+    const auto domains = RayCaster(mesh).Cast({camera, camera}, {{0, 1}}, 0);
+    const cv::Mat1i map = FacetMap(mesh, camera);
+    const ViewDomain& domain = domains[0];
+    EXPECT_EQ(static_cast<int>(domain.PixelCount()), cv::countNonZero(map >= 0));
+    uint32_t before = 0;
+    for (size_t k = 0; k < domain.facet.size(); ++k) {
+      for (int c = 0; c < 3; ++c) {
+        bool first = true;
+        for (const ImagePixel pixel : domain.PixelsOf(k, c)) {
+          EXPECT_EQ(map(pixel.row, pixel.column), domain.facet[k]);
+          EXPECT_EQ(pixel.index, static_cast<uint32_t>(600 * pixel.row + pixel.column));
+          EXPECT_TRUE(first || pixel.index > before);
+          first = false;
+          before = pixel.index;
+        }
+      }
+    }
+  }
+}
+
 TEST(Visibility, FacetsSeenFromBehindHide) {
   // The lid of ShadowOfALidHasItsArea, turned over: the same shadow falls on the wall, and the lid itself is seen by none.
   TriangleMesh mesh;
@@ -148,7 +174,7 @@ TEST(Visibility, FacetsSeenFromBehindHide) {
   const auto domains = RayCaster(mesh).Cast({above, aside}, {{0, 1}}, 0);
   const double lid = 0.5 * 0.5 * 160 * 160;
   const double hidden = 0.25 * 0.5 * 160 * 160;
-  EXPECT_NEAR(400 * 400 - static_cast<double>(domains[0].pixel.size()), lid, 0.03 * lid);
+  EXPECT_NEAR(400 * 400 - static_cast<double>(domains[0].PixelCount()), lid, 0.03 * lid);
   EXPECT_NEAR(400 * 400 - static_cast<double>(domains[0].pair_pixels[0]), lid + hidden,
               0.03 * (lid + hidden));
 }
@@ -160,8 +186,8 @@ TEST(Visibility, ImagesOfOnePixelOrRow) {
   for (const auto& [width, height] : {std::pair(1, 1), std::pair(1, 9), std::pair(9, 1)}) {
     const Camera small = camera.Resized(width, height);
     const auto domains = RayCaster(mesh).Cast({camera, small}, {{0, 1}, {1, 0}}, 0);
-    EXPECT_EQ(domains[1].pair_pixels[0], static_cast<int64_t>(domains[1].pixel.size()));
-    EXPECT_EQ(domains[0].pair_pixels[0], static_cast<int64_t>(domains[0].pixel.size()));
+    EXPECT_EQ(domains[1].pair_pixels[0], static_cast<int64_t>(domains[1].PixelCount()));
+    EXPECT_EQ(domains[0].pair_pixels[0], static_cast<int64_t>(domains[0].PixelCount()));
   }
 }
 
@@ -179,9 +205,9 @@ TEST(Visibility, OtherPairsHaveTheirOwnRegions) {
   EXPECT_EQ(split[0].pair_pixels[0], both[0].pair_pixels[0]);
   EXPECT_EQ(others[0].pair_pixels[0], both[0].pair_pixels[1]);
   EXPECT_EQ(others[1].pair_pixels[0], both[1].pair_pixels[0]);
-  EXPECT_EQ(split[1].pixel, both[1].pixel);
-  EXPECT_TRUE(split[2].pixel.empty());
-  for (const uint32_t p : split[0].pixel) {
+  EXPECT_EQ(split[1].PixelCount(), both[1].PixelCount());
+  EXPECT_EQ(split[2].PixelCount(), 0U);
+  for (size_t p = 0; p < size_t{96} * 80; ++p) {
     EXPECT_EQ(split[0].second_visible.Test(0, p), both[0].second_visible.Test(0, p));
     EXPECT_EQ(others[0].second_visible.Test(0, p), both[0].second_visible.Test(1, p));
   }

@@ -178,8 +178,8 @@ cv::Mat1i LevelEnergy::KeptTaps(int view) {
   const WindowMasks& masks = impl_->photometric.RoundOf(*impl_->terms).masks(view);
   const int side = impl_->options.photo.window;
   cv::Mat1i taps(domain.height, domain.width, 0);
-  for (const uint32_t p : domain.pixel) {
-    taps(static_cast<int>(p / domain.width), static_cast<int>(p % domain.width)) = side * side;
+  for (size_t k = 0; k < domain.facet.size(); ++k) {
+    for (const ImagePixel pixel : domain.PixelsOf(k)) taps(pixel.row, pixel.column) = side * side;
   }
   for (int y = 0; y + 1 < static_cast<int>(masks.row_start.size()); ++y) {
     for (uint32_t entry = masks.row_start[y]; entry < masks.row_start[y + 1]; ++entry) {

@@ -26,9 +26,9 @@ struct Costs {
   double base = 62 * kMib;
 
   // --- a pixel of a level, in every view
-  double level_image = 4;    // float; level 0 shares the photograph instead
-  double pixel_list = 4;     // ViewDomain::pixel, of covered pixels
-  double mask_entry = 13;    // WindowMasks: column 4, bits 8, thin 1
+  double level_image = 4;  // float; level 0 shares the photograph instead
+  double pixel_list = 3;   // ViewDomain: 2, or 4 in views that see a large facet; of covered pixels
+  double mask_entry = 13;  // WindowMasks: column 4, bits 8, thin 1
   double mask_share = 0.15;  // of covered pixels: windows with a mask (0.004 to 0.19 measured)
   // --- a pixel of the largest view, of the view in work
   // inverse depth, cost, slope, curvature (fields, added by precision), reference image as float 4
@@ -37,8 +37,8 @@ struct Costs {
   // --- a thread: the rows of PairKernel, 20 fields of 5 rows of a 512-pixel tile and stack
   double thread = 1 * kMib;
 
-  // --- a facet visible in a view: ViewDomain::facet 4, start 12
-  double visible_facet = 16;
+  // --- a facet visible in a view, in ViewDomain: its index 4, start 12, box 4
+  double visible_facet = 20;
   // --- a visible facet of the view in work: FacetPencil
   double facet_pencil = sizeof(FacetPencil);
 

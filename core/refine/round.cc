@@ -5,31 +5,28 @@
 namespace burin {
 namespace {
 
-constexpr int kVertexGrain = 4096;
+constexpr int kFacetGrain = 512;
 
 // Vertices of the facets that have a pixel in some Omega_ij.
 std::vector<char> SeenVertices(const std::vector<ViewDomain>& domains, const TriangleMesh& mesh) {
-  const int count = static_cast<int>(mesh.vertices.size());
-  std::vector<std::vector<char>> by_view(domains.size());
-  ParallelFor(static_cast<int>(domains.size()), 1, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) {
-      const ViewDomain& domain = domains[i];
-      by_view[i].assign(count, 0);
-      for (size_t k = 0; k < domain.facet.size(); ++k) {
+  std::vector<char> facet_seen(mesh.faces.size(), 0);
+  for (const ViewDomain& domain : domains) {
+    ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
+      for (int k = begin; k < end; ++k) {
+        char& seen = facet_seen[domain.facet[k]];
+        if (seen != 0) continue;
         for (const ImagePixel pixel : domain.PixelsOf(k)) {
-          if (!domain.second_visible.Any(pixel.index)) continue;
-          for (int c = 0; c < 3; ++c) by_view[i][mesh.faces[domain.facet[k]][c]] = 1;
-          break;
+          if (domain.second_visible.Any(pixel.index)) seen = 1;
+          if (seen != 0) break;
         }
       }
-    }
-  });
-  std::vector<char> seen(count, 0);
-  ParallelFor(count, kVertexGrain, [&](int begin, int end) {
-    for (const std::vector<char>& view : by_view) {
-      for (int v = begin; v < end; ++v) seen[v] = static_cast<char>(seen[v] | view[v]);
-    }
-  });
+    });
+  }
+  std::vector<char> seen(mesh.vertices.size(), 0);
+  for (size_t f = 0; f < facet_seen.size(); ++f) {
+    if (facet_seen[f] == 0) continue;
+    for (const int v : mesh.faces[f]) seen[v] = 1;
+  }
   return seen;
 }
 

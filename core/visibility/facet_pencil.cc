@@ -2,12 +2,15 @@
 
 #include <Eigen/Geometry>
 
+#include "core/support/parallel.h"
+
 namespace burin {
 
 namespace {
 
 // Of the product of a facet's two sides and its distance; FacetPencil::offset below it is rounding.
 constexpr double kFlat = 1e-12;
+constexpr int kFacetGrain = 4096;
 
 }  // namespace
 
@@ -59,9 +62,11 @@ bool FacesCenter(const std::vector<Eigen::Vector3d>& vertices, const Eigen::Vect
 
 std::vector<uint8_t> FacingFacets(const TriangleMesh& mesh, const Eigen::Vector3d& center) {
   std::vector<uint8_t> facing(mesh.faces.size());
-  for (size_t f = 0; f < mesh.faces.size(); ++f) {
-    facing[f] = FacesCenter(mesh.vertices, mesh.faces[f], center) ? 1 : 0;
-  }
+  ParallelFor(static_cast<int>(facing.size()), kFacetGrain, [&](int begin, int end) {
+    for (int f = begin; f < end; ++f) {
+      facing[f] = FacesCenter(mesh.vertices, mesh.faces[f], center) ? 1 : 0;
+    }
+  });
   return facing;
 }
 

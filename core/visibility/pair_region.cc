@@ -104,7 +104,9 @@ class PairRegion {
     batch->ray_facets.clear();
     batch->ray_pixels.clear();
     for (int n = 0; n < open; ++n) {
-      __builtin_prefetch(second_.inverse_depth[0] + batch->block[batch->open[n]]);
+      const float* depths = second_.inverse_depth[0] + batch->block[batch->open[n]];
+      __builtin_prefetch(depths);
+      __builtin_prefetch(depths + second_.inverse_depth.cols);
     }
     for (int n = 0; n < open; ++n) count += LookAround(batch->open[n], batch) ? 1 : 0;
     count += CastRays(batch);
@@ -153,6 +155,7 @@ class PairRegion {
       __builtin_prefetch(map + block);
       __builtin_prefetch(map + block + stride);
       __builtin_prefetch(connected + block);
+      __builtin_prefetch(bytes_ + batch->pixel[n], 1);
     }
   }
 
@@ -264,13 +267,19 @@ class PairRegion {
 
 }  // namespace
 
-SecondView::SecondView(const TriangleMesh& mesh, const ViewPixels& pixels)
-    : camera(pixels.camera),
-      mask(pixels.mask),
-      facing(FacingFacets(mesh, camera.Center())),
-      facet_map(std::max(2, camera.height), std::max(2, camera.width), -1),
-      inverse_depth(facet_map.size(), 0.0F),
-      connected(facet_map.size(), uint8_t{0}) {
+void SecondView::Look(const TriangleMesh& mesh, const ViewPixels& pixels) {
+  camera = pixels.camera;
+  mask = pixels.mask;
+  facing = FacingFacets(mesh, camera.Center());
+  const cv::Size size(std::max(2, camera.width), std::max(2, camera.height));
+  facet_map.create(size);
+  inverse_depth.create(size);
+  connected.create(size);
+  ParallelFor(size.height, kRowGrain, [&](int begin, int end) {
+    facet_map.rowRange(begin, end) = -1;
+    inverse_depth.rowRange(begin, end) = 0;
+    connected.rowRange(begin, end) = 0;
+  });
   const ViewDomain& domain = pixels.domain;
   const ViewRays rays(camera);
   ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {

@@ -21,12 +21,13 @@ struct ViewPixels {
   std::vector<PixelDepth> behind;  // where it sees a facet from behind
 };
 
-// What the second view of pairs sees, as maps. Both have at least two rows and columns.
+// What the second view of pairs sees, as maps, which have at least two rows and columns. One object serves view after view
+// and keeps its memory.
 struct SecondView {
-  SecondView(const TriangleMesh& mesh, const ViewPixels& pixels);
+  void Look(const TriangleMesh& mesh, const ViewPixels& pixels);
 
-  const Camera& camera;
-  const cv::Mat& mask;
+  Camera camera;
+  cv::Mat mask;                 // empty = none
   std::vector<uint8_t> facing;  // FacingFacets() of its centre
   cv::Mat1i facet_map;          // of the facets that face it; -1 elsewhere
   cv::Mat1f inverse_depth;      // of what is seen, from whatever side; 0 = nothing

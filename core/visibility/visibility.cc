@@ -78,9 +78,10 @@ std::vector<ViewDomain> RayCaster::Cast(const std::vector<Camera>& cameras,
       partners->pair_pixels.resize(partners->seconds.size());
     }
   }
+  SecondView second;
   for (size_t j = 0; j < cameras.size(); ++j) {
     if (partner_of[j].empty()) continue;
-    const SecondView second(mesh, views[j]);
+    second.Look(mesh, views[j]);
     for (const auto& [first, partners, index] : partner_of[j]) {
       partners->pair_pixels[index] =
           CastPair(*rays_, views[first], second, border_px, index, &partners->second_visible);
