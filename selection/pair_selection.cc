@@ -197,11 +197,13 @@ void SelectByMesh(PairSurveyor* surveyor, PairSelection* selection) {
   selection->pairs = BestByMesh(surveyor->survey(), recipe);
   // An estimate leaves no camera without a partner that has one.
   const std::vector<char> has_partner = References(selection->pairs, n);
-  bool measured = false;
+  std::vector<int> without;
   for (int i = 0; i < n; ++i) {
-    if (has_partner[i] == 0) measured = surveyor->MeasureAllOf(i) || measured;
+    if (has_partner[i] == 0) without.push_back(i);
   }
-  if (measured) selection->pairs = BestByMesh(surveyor->survey(), recipe);
+  if (surveyor->MeasureAllOf(without)) {
+    selection->pairs = BestByMesh(surveyor->survey(), recipe);
+  }
   selection->initial_pairs = selection->pairs;
   if (!recipe.UsesEnergies() || !recipe.improve_coverage) return;
   const PairSurvey& survey = surveyor->survey();
@@ -290,7 +292,7 @@ PairSelection SelectPairs(const Scene& scene, const TriangleMesh& mesh, const Pa
   if (recipe.ByMesh()) CheckAnyViewSees(scene, surveyor.survey());
   Candidates candidates;
   if (measure_all) {
-    surveyor.MeasureAll();
+    surveyor.MeasureAllOf(AllViews(n));
   } else {
     candidates = EstimatedCandidates(surveyor.TakeEstimate(), recipe);
     surveyor.Measure(PairsOf(candidates.own));

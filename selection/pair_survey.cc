@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <opencv2/core.hpp>
 
 #include "core/image/mask_cover.h"
@@ -77,6 +78,7 @@ std::vector<PairMeasure> Integrate(const TriangleMesh& mesh, const std::vector<C
     }
   }
   std::vector<PairMeasure> means;
+  means.reserve(partners.size());
   const double image_points = static_cast<double>(domain.width) * domain.height;
   for (const Partner& partner : partners) means.push_back(partner.sums.Mean(image_points));
   return means;
@@ -160,15 +162,10 @@ void PairSurveyor::AddHiddenFacets(int view, const std::vector<Eigen::Vector3d>&
   }
 }
 
-bool PairSurveyor::MeasureAllOf(int reference) {
+bool PairSurveyor::MeasureAllOf(const std::vector<int>& references) {
   std::vector<CameraPair> pairs;
-  for (int j = 0; j < survey_.view_count; ++j) pairs.push_back({reference, j});
-  return Measure(pairs);
-}
-
-bool PairSurveyor::MeasureAll() {
-  std::vector<CameraPair> pairs;
-  for (int i = 0; i < survey_.view_count; ++i) {
+  pairs.reserve(references.size() * survey_.view_count);
+  for (const int i : references) {
     for (int j = 0; j < survey_.view_count; ++j) pairs.push_back({i, j});
   }
   return Measure(pairs);
@@ -227,9 +224,15 @@ void PairSurveyor::MeasureTogether(const std::vector<CameraPair>& pairs) {
   });
 }
 
+std::vector<int> AllViews(int view_count) {
+  std::vector<int> views(view_count);
+  std::iota(views.begin(), views.end(), 0);
+  return views;
+}
+
 PairSurvey SurveyPairs(const Scene& scene, const TriangleMesh& mesh, const SurveyOptions& options) {
   PairSurveyor surveyor(scene, mesh, options, {/*facets=*/true, /*points=*/false});
-  surveyor.MeasureAll();
+  surveyor.MeasureAllOf(AllViews(static_cast<int>(scene.views.size())));
   return surveyor.Take();
 }
 

@@ -63,8 +63,8 @@ class PairSurveyor {
   // Those of the pairs that are not measured yet; returns whether there were any. Pairs that share no facet,
   // where facets are known, share nothing.
   bool Measure(const std::vector<CameraPair>& pairs);
-  bool MeasureAllOf(int reference);
-  bool MeasureAll();
+  // The same for every pair of `references` with another view.
+  bool MeasureAllOf(const std::vector<int>& references);
 
   // Where points were wanted; the next call has none.
   PairEstimate TakeEstimate() { return std::move(estimate_); }
@@ -84,6 +84,9 @@ class PairSurveyor {
   std::vector<char> measured_;  // (i, j) at i * view_count + j
   PairSurvey survey_;
 };
+
+// 0 to view_count - 1.
+std::vector<int> AllViews(int view_count);
 
 // All pairs.
 PairSurvey SurveyPairs(const Scene& scene, const TriangleMesh& mesh, const SurveyOptions& options);
