@@ -24,7 +24,7 @@ std::vector<CameraPair> ReadPairFile(const std::filesystem::path& path, const Sc
 nlohmann::ordered_json PairsJson(const Scene& scene, const PairSurvey& survey,
                                  const PairSelection& selection);
 
-// Every pair that shares surface, a line each, as CSV:
+// Every measured pair that shares surface, a line each, as CSV:
 // reference,second,selected,area,overlap,parallax_deg,symmetry_deg,resolution,E_p,E_o,E_s,E_r,E_bpv
 std::string PairTermsCsv(const Scene& scene, const PairSurvey& survey,
                          const PairSelection& selection);

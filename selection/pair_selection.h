@@ -30,10 +30,9 @@ struct PairSelection {
 std::vector<double> PairEnergyTable(const PairSurvey& survey, const PairsRecipe& recipe);
 
 // Throws InputError when there are fewer than two views, when no camera gets a partner (saying for
-// each camera which test failed), and for a pairs file that does not fit the scene. `survey` may
-// hold what SurveyPairs made of the same scene, mesh and recipe; otherwise methods that need it
-// make it themselves.
+// each camera which test failed), and for a pairs file that does not fit the scene. `survey` gets what was
+// measured on the way, at least for the selected pairs, and the facets that views see.
 PairSelection SelectPairs(const Scene& scene, const TriangleMesh& mesh, const PairsOptions& options,
-                          const PairSurvey* survey = nullptr);
+                          PairSurvey* survey = nullptr);
 
 }  // namespace burin

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <opencv2/core.hpp>
 
 #include "core/image/mask_cover.h"
@@ -13,7 +14,11 @@
 namespace burin {
 namespace {
 
-constexpr int kViewsAtOnce = 16;  // bounds the memory of the pixel lists and bits of Omega_ij
+// What is held at a time: depth maps, pixel lists and bits of Omega_ij. More views than fit are looked from
+// again.
+constexpr size_t kBytesAtOnce = size_t{128} << 20;
+constexpr size_t kMapBytes = 8;    // a pixel of a view: facet and depth
+constexpr size_t kListBytes = 16;  // a pixel of a reference: lists, and what is in work
 
 std::vector<Camera> SurveyCameras(const Scene& scene, int resolution_px) {
   std::vector<Camera> cameras;
@@ -39,26 +44,111 @@ std::vector<cv::Mat> SurveyMasks(const Scene& scene, const std::vector<Camera>& 
   return masks;
 }
 
-// Facets of one view, and the share of its pixels that see a front side.
-void SurveyView(const RayCaster& caster, const TriangleMesh& mesh,
-                const std::vector<Eigen::Vector3d>& centroids, const Camera& camera,
-                const cv::Mat& mask, int view, PairSurvey* survey) {
+// Means over Omega_ij of view i, `reference`, and each of its partners, in their order.
+std::vector<PairMeasure> Integrate(const TriangleMesh& mesh, const std::vector<Camera>& cameras,
+                                   int reference, const ViewDomain& domain,
+                                   const ParallaxRange& range) {
+  struct Partner {
+    Eigen::Vector3d center;
+    double focal_px;
+    PartnerPixels region;
+    PairSums sums;
+  };
+  std::vector<Partner> partners;
+  for (size_t b = 0; b < domain.seconds.size(); ++b) {
+    const Camera& camera = cameras[domain.seconds[b]];
+    partners.push_back({camera.Center(), FocalPx(camera), domain.second_visible.Of(b), {}});
+  }
+  const Camera& camera = cameras[reference];
   const Eigen::Vector3d center = camera.Center();
-  const cv::Mat1i facet_map = FacetMap(mesh, camera);
+  const double focal_px = FocalPx(camera);
+  for (size_t k = 0; k < domain.facet.size(); ++k) {
+    const Eigen::Vector3i& face = mesh.faces[domain.facet[k]];
+    const Eigen::Vector3d normal = FaceAreaNormal(mesh, domain.facet[k]).normalized();
+    const double height = normal.dot(mesh.vertices[face[0]] - center);
+    for (const ImagePixel pixel : domain.PixelsOf(k)) {
+      if (!domain.second_visible.Any(pixel.index)) continue;
+      const Eigen::Vector3d ray = camera.Ray(pixel.x(), pixel.y());
+      const Eigen::Vector3d x = center + ray * (height / normal.dot(ray));
+      const PointSight sight(center, focal_px, x, normal);
+      for (Partner& partner : partners) {
+        if (!partner.region.Has(pixel.index)) continue;
+        partner.sums.Add(sight, {partner.center, partner.focal_px, x, normal}, range);
+      }
+    }
+  }
+  std::vector<PairMeasure> means;
+  means.reserve(partners.size());
+  const double image_points = static_cast<double>(domain.width) * domain.height;
+  for (const Partner& partner : partners) means.push_back(partner.sums.Mean(image_points));
+  return means;
+}
+
+}  // namespace
+
+PairSurveyor::PairSurveyor(const Scene& scene, const TriangleMesh& mesh,
+                           const SurveyOptions& options, const Wanted& wanted)
+    : mesh_(mesh),
+      options_(options),
+      has_facets_(wanted.facets),
+      cameras_(SurveyCameras(scene, options.resolution_px)),
+      masks_(SurveyMasks(scene, cameras_)),
+      caster_(mesh),
+      estimate_(mesh, wanted.points ? static_cast<int>(cameras_.size()) : 0, options.parallax) {
+  const int n = static_cast<int>(cameras_.size());
+  survey_.view_count = n;
+  survey_.measures.resize(static_cast<size_t>(n) * n);
+  measured_.resize(survey_.measures.size(), 0);
+  survey_.seen.assign(n, 0);
+  if (wanted.facets) survey_.facets = FacetSets(n, static_cast<int>(mesh.faces.size()));
+  std::vector<Eigen::Vector3d> centroids;
+  for (const Eigen::Vector3i& face : mesh.faces) {
+    centroids.emplace_back(
+        (mesh.vertices[face[0]] + mesh.vertices[face[1]] + mesh.vertices[face[2]]) / 3);
+  }
+  ParallelFor(n, 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) LookFrom(i, centroids, wanted);
+  });
+}
+
+void PairSurveyor::LookFrom(int view, const std::vector<Eigen::Vector3d>& centroids,
+                            const Wanted& wanted) {
+  const Camera& camera = cameras_[view];
+  const cv::Mat& mask = masks_[view];
+  const Eigen::Vector3d center = camera.Center();
+  cv::Mat1f inverse_depth;
+  cv::Mat1i facet_map = FacetMap(mesh_, camera, &inverse_depth);
   int64_t front = 0;
   for (int y = 0; y < facet_map.rows; ++y) {
     for (int x = 0; x < facet_map.cols; ++x) {
-      const int facet = facet_map(y, x);
-      if (facet < 0 || FaceAreaNormal(mesh, facet).dot(center - centroids[facet]) <= 0) continue;
-      survey->facets.Insert(view, facet);
-      if (mask.empty() || mask.at<uint8_t>(y, x) != 0) ++front;
+      int& facet = facet_map(y, x);
+      if (facet < 0) continue;
+      if (FaceAreaNormal(mesh_, facet).dot(center - centroids[facet]) <= 0) {
+        facet = -1;
+        continue;
+      }
+      if (wanted.facets) survey_.facets.Insert(view, facet);
+      if (!mask.empty() && mask.at<uint8_t>(y, x) == 0) {
+        facet = -1;
+        continue;
+      }
+      ++front;
     }
   }
-  survey->seen[view] = static_cast<double>(front) / static_cast<double>(facet_map.total());
+  survey_.seen[view] = static_cast<double>(front) / static_cast<double>(facet_map.total());
+  if (wanted.points) {
+    estimate_.Look(view, camera, mask, facet_map, inverse_depth, survey_.seen[view]);
+  }
+  if (wanted.facets) AddHiddenFacets(view, centroids);
+}
+
+// Those that no pixel hits but whose centroid is visible.
+void PairSurveyor::AddHiddenFacets(int view, const std::vector<Eigen::Vector3d>& centroids) {
+  const Camera& camera = cameras_[view];
   std::vector<Eigen::Vector3d> points;
   std::vector<int> facets;
   for (size_t f = 0; f < centroids.size(); ++f) {
-    if (survey->facets.Contains(view, static_cast<int>(f)) || camera.Depth(centroids[f]) <= 0 ||
+    if (survey_.facets.Contains(view, static_cast<int>(f)) || camera.Depth(centroids[f]) <= 0 ||
         !camera.Contains(camera.Project(centroids[f]))) {
       continue;
     }
@@ -66,103 +156,84 @@ void SurveyView(const RayCaster& caster, const TriangleMesh& mesh,
     facets.push_back(static_cast<int>(f));
   }
   std::vector<uint8_t> visible;
-  caster.PointsVisible(camera, points, facets, &visible);
+  caster_.PointsVisible(camera, points, facets, &visible);
   for (size_t k = 0; k < facets.size(); ++k) {
-    if (visible[k] != 0) survey->facets.Insert(view, facets[k]);
+    if (visible[k] != 0) survey_.facets.Insert(view, facets[k]);
   }
 }
 
-// Means over Omega_ij, that of partner `b` in the domain of view i.
-PairMeasure Integrate(const TriangleMesh& mesh, const Camera& camera_i, const Camera& camera_j,
-                      const ViewDomain& domain, size_t b, const SurveyOptions& options) {
-  const PartnerPixels region = domain.second_visible.Of(b);
-  const Eigen::Vector3d center_i = camera_i.Center();
-  const Eigen::Vector3d center_j = camera_j.Center();
-  PairMeasure sum;
-  int64_t count = 0;
-  int64_t in_range = 0;
-  for (size_t k = 0; k < domain.facet.size(); ++k) {
-    const Eigen::Vector3i& face = mesh.faces[domain.facet[k]];
-    const Eigen::Vector3d normal = FaceAreaNormal(mesh, domain.facet[k]).normalized();
-    const double height = normal.dot(mesh.vertices[face[0]] - center_i);
-    for (const ImagePixel pixel : domain.PixelsOf(k)) {
-      if (!region.Has(pixel.index)) continue;
-      const Eigen::Vector3d ray = camera_i.Ray(pixel.x(), pixel.y());
-      const Eigen::Vector3d x = center_i + ray * (height / normal.dot(ray));
-      const double parallax = ParallaxDeg(center_i, center_j, x);
-      ++count;
-      if (parallax >= options.min_parallax_deg && parallax <= options.max_parallax_deg) ++in_range;
-      sum.parallax_deg += parallax;
-      for (const int form : {0, 1}) {
-        const double difference =
-            OrientedAngleDifferenceDeg(center_i, center_j, x, normal, form == 1);
-        sum.symmetry_deg[form][0] += std::abs(difference);
-        sum.symmetry_deg[form][1] += difference;
-      }
-      sum.resolution += ResolutionDiscrepancy(camera_i, camera_j, x, false);
-      sum.resolution_printed += ResolutionDiscrepancy(camera_i, camera_j, x, true);
-    }
+bool PairSurveyor::MeasureAllOf(const std::vector<int>& references) {
+  std::vector<CameraPair> pairs;
+  pairs.reserve(references.size() * survey_.view_count);
+  for (const int i : references) {
+    for (int j = 0; j < survey_.view_count; ++j) pairs.push_back({i, j});
   }
-  PairMeasure mean;
-  if (count == 0) return mean;
-  const auto pixels = static_cast<double>(count);
-  const double image = static_cast<double>(domain.width) * domain.height;
-  mean.area = pixels / image;
-  mean.area_in_range = static_cast<double>(in_range) / image;
-  mean.parallax_deg = sum.parallax_deg / pixels;
-  for (const int form : {0, 1}) {
-    for (const int kind : {0, 1}) {
-      mean.symmetry_deg[form][kind] = sum.symmetry_deg[form][kind] / pixels;
-    }
-  }
-  mean.resolution = sum.resolution / pixels;
-  mean.resolution_printed = sum.resolution_printed / pixels;
-  return mean;
+  return Measure(pairs);
 }
 
-}  // namespace
-
-PairSurvey SurveyPairs(const Scene& scene, const TriangleMesh& mesh, const SurveyOptions& options) {
-  const int n = static_cast<int>(scene.views.size());
-  PairSurvey survey;
-  survey.view_count = n;
-  survey.measures.resize(static_cast<size_t>(n) * n);
-  survey.seen.assign(n, 0);
-  survey.facets = FacetSets(n, static_cast<int>(mesh.faces.size()));
-  const std::vector<Camera> cameras = SurveyCameras(scene, options.resolution_px);
-  const std::vector<cv::Mat> masks = SurveyMasks(scene, cameras);
-  std::vector<Eigen::Vector3d> centroids;
-  for (const Eigen::Vector3i& face : mesh.faces) {
-    centroids.emplace_back(
-        (mesh.vertices[face[0]] + mesh.vertices[face[1]] + mesh.vertices[face[2]]) / 3);
+bool PairSurveyor::Measure(const std::vector<CameraPair>& pairs) {
+  const int n = survey_.view_count;
+  std::vector<std::vector<int>> seconds(n);
+  bool any = false;
+  for (const auto& [i, j] : pairs) {
+    char& measured = measured_[static_cast<size_t>(i) * n + j];
+    if (i == j || measured != 0) continue;
+    measured = any = true;
+    if (!has_facets_ || survey_.facets.CountShared(i, j) > 0) seconds[i].push_back(j);
   }
-  const RayCaster caster(mesh);
+  std::vector<CameraPair> together;
+  std::vector<char> looked(n, 0);
+  size_t bytes = 0;
+  for (int i = 0; i < n; ++i) {
+    if (seconds[i].empty()) continue;
+    const auto look = [&](int view) {
+      if (looked[view] != 0) return;
+      looked[view] = 1;
+      bytes += kMapBytes * cameras_[view].width * cameras_[view].height + mesh_.faces.size();
+    };
+    look(i);
+    for (const int j : seconds[i]) {
+      look(j);
+      together.push_back({i, j});
+    }
+    bytes += (kListBytes + PartnerBits::BytesPerPixel(seconds[i].size())) * cameras_[i].width *
+             cameras_[i].height;
+    if (bytes < kBytesAtOnce) continue;
+    MeasureTogether(together);
+    together.clear();
+    looked.assign(n, 0);
+    bytes = 0;
+  }
+  if (!together.empty()) MeasureTogether(together);
+  return any;
+}
+
+void PairSurveyor::MeasureTogether(const std::vector<CameraPair>& pairs) {
+  const int n = survey_.view_count;
+  const std::vector<ViewDomain> domains = caster_.Cast(cameras_, pairs, 0, masks_);
   ParallelFor(n, 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
-      SurveyView(caster, mesh, centroids, cameras[i], masks[i], i, &survey);
+      const std::vector<int>& seconds = domains[i].seconds;
+      if (seconds.empty()) continue;
+      const std::vector<PairMeasure> means =
+          Integrate(mesh_, cameras_, i, domains[i], options_.parallax);
+      for (size_t b = 0; b < seconds.size(); ++b) {
+        survey_.measures[static_cast<size_t>(i) * n + seconds[b]] = means[b];
+      }
     }
   });
-  for (int first = 0; first < n; first += kViewsAtOnce) {
-    std::vector<CameraPair> pairs;
-    std::vector<size_t> slot;  // of a pair in its reference's list of seconds
-    for (int i = first; i < std::min(n, first + kViewsAtOnce); ++i) {
-      size_t next = 0;
-      for (int j = 0; j < n; ++j) {
-        if (i == j || survey.facets.CountShared(i, j) == 0) continue;
-        pairs.push_back({i, j});
-        slot.push_back(next++);
-      }
-    }
-    const std::vector<ViewDomain> domains = caster.Cast(cameras, pairs, 0, masks);
-    ParallelFor(static_cast<int>(pairs.size()), 1, [&](int begin, int end) {
-      for (int p = begin; p < end; ++p) {
-        const auto [i, j] = pairs[p];
-        survey.measures[static_cast<size_t>(i) * n + j] =
-            Integrate(mesh, cameras[i], cameras[j], domains[i], slot[p], options);
-      }
-    });
-  }
-  return survey;
+}
+
+std::vector<int> AllViews(int view_count) {
+  std::vector<int> views(view_count);
+  std::iota(views.begin(), views.end(), 0);
+  return views;
+}
+
+PairSurvey SurveyPairs(const Scene& scene, const TriangleMesh& mesh, const SurveyOptions& options) {
+  PairSurveyor surveyor(scene, mesh, options, {/*facets=*/true, /*points=*/false});
+  surveyor.MeasureAllOf(AllViews(static_cast<int>(scene.views.size())));
+  return surveyor.Take();
 }
 
 }  // namespace burin

@@ -11,35 +11,32 @@ double AngleDeg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / M_PI;
 }
 
-double Rho(const Camera& camera, const Eigen::Vector3d& x) {
-  return (camera.Center() - x).norm() / std::sqrt(camera.fx * camera.fy);
-}
-
 }  // namespace
 
-double ParallaxDeg(const Eigen::Vector3d& center_i, const Eigen::Vector3d& center_j,
-                   const Eigen::Vector3d& x) {
-  return AngleDeg(center_i - x, center_j - x);
+PointSight::PointSight(const Eigen::Vector3d& center, double focal_px, const Eigen::Vector3d& x,
+                       const Eigen::Vector3d& n)
+    : toward(center - x),
+      distance(toward.norm()),
+      rho(distance / focal_px),
+      height(toward.dot(n)),
+      normal_deg(AngleDeg(toward, n)) {}
+
+double FocalPx(const Camera& camera) { return std::sqrt(camera.fx * camera.fy); }
+
+double ParallaxDeg(const PointSight& i, const PointSight& j) {
+  return AngleDeg(i.toward, j.toward);
 }
 
-double OrientedAngleDifferenceDeg(const Eigen::Vector3d& center_i, const Eigen::Vector3d& center_j,
-                                  const Eigen::Vector3d& x, const Eigen::Vector3d& n,
-                                  bool printed) {
-  const Eigen::Vector3d to_i = center_i - x;
-  const Eigen::Vector3d to_j = center_j - x;
-  const double angle_i = AngleDeg(to_i, n);
-  const double angle_j = AngleDeg(to_j, n);
+double OrientedAngleDifferenceDeg(const PointSight& i, const PointSight& j, bool printed) {
   // The parts of the directions in the tangent plane.
-  const double side = to_i.dot(to_j) - to_i.dot(n) * to_j.dot(n);
+  const double side = i.toward.dot(j.toward) - i.height * j.height;
   const double sign = side >= 0 ? 1 : -1;
-  return printed ? sign * (angle_i - angle_j) / 2 : (angle_i + sign * angle_j) / 2;
+  return printed ? sign * (i.normal_deg - j.normal_deg) / 2
+                 : (i.normal_deg + sign * j.normal_deg) / 2;
 }
 
-double ResolutionDiscrepancy(const Camera& camera_i, const Camera& camera_j,
-                             const Eigen::Vector3d& x, bool printed) {
-  const double rho_i = Rho(camera_i, x);
-  const double difference = std::abs(rho_i - Rho(camera_j, x));
-  return difference / (printed ? (camera_i.Center() - x).norm() : rho_i);
+double ResolutionDiscrepancy(const PointSight& i, const PointSight& j, bool printed) {
+  return std::abs(i.rho - j.rho) / (printed ? i.distance : i.rho);
 }
 
 double GaussianEnergy(double value, double reference, double sigma) {

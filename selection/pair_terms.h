@@ -29,23 +29,35 @@ struct PairMeasure {
   double resolution_printed = 0;   // |rho_i - rho_j| / |c_i x|, per pixel
 };
 
+// A surface point x with unit normal n as one view sees it: what every measure of a pair is made of.
+struct PointSight {
+  // `focal_px` is FocalPx() of the view's camera, `center` its centre.
+  PointSight(const Eigen::Vector3d& center, double focal_px, const Eigen::Vector3d& x,
+             const Eigen::Vector3d& n);
+
+  Eigen::Vector3d toward;  // c - x
+  double distance;         // |c - x|
+  double rho;              // distance / focal length
+  double height;           // (c - x) . n
+  double normal_deg;       // angle between n and c - x
+};
+
+// Geometric mean of fx and fy.
+double FocalPx(const Camera& camera);
+
 // Angle at x between the directions to the two camera centres, degrees in [0, 180].
-double ParallaxDeg(const Eigen::Vector3d& center_i, const Eigen::Vector3d& center_j,
-                   const Eigen::Vector3d& x);
+double ParallaxDeg(const PointSight& i, const PointSight& j);
 
 // With a_i, a_j the angles between n and the directions to the centres, and s = 1 when both
 // centres are on the same side of the plane that contains n and x and is perpendicular to the
 // plane of n and c_i (ties: the same), else -1:
 //   corrected (a_i + s a_j) / 2: zero when the cameras stand symmetrically about the normal
 //   printed   s (a_i - a_j) / 2: as small for two cameras that stand side by side
-double OrientedAngleDifferenceDeg(const Eigen::Vector3d& center_i, const Eigen::Vector3d& center_j,
-                                  const Eigen::Vector3d& x, const Eigen::Vector3d& n, bool printed);
+double OrientedAngleDifferenceDeg(const PointSight& i, const PointSight& j, bool printed);
 
-// |rho_i - rho_j| / rho_i with rho = distance / focal length in pixels (geometric mean of fx, fy):
-// the share by which pixels of the two views differ in size at x. As printed the divisor is the
-// distance, which leaves a number of the order of one over the focal length.
-double ResolutionDiscrepancy(const Camera& camera_i, const Camera& camera_j,
-                             const Eigen::Vector3d& x, bool printed);
+// |rho_i - rho_j| / rho_i: the share by which pixels of the two views differ in size at x. As printed the
+// divisor is the distance, which leaves a number of the order of one over the focal length.
+double ResolutionDiscrepancy(const PointSight& i, const PointSight& j, bool printed);
 
 struct BpvOptions {
   bool use_parallax = true;

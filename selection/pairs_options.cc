@@ -1,5 +1,7 @@
 #include "selection/pairs_options.h"
 
+#include <algorithm>
+
 #include "core/support/error.h"
 
 namespace burin {
@@ -14,6 +16,10 @@ Range OwnRange(PairsMethod method) {
   if (method == PairsMethod::kTola) return {10, 30};
   return {8, 45};
 }
+
+// Of pairs.candidates = -1: for each partner wanted, and at least.
+constexpr int kCandidatesEach = 8;
+constexpr int kLeastCandidates = 32;
 
 bool Printed(PaperReading choice, PairsMethod method) {
   return choice == PaperReading::kPreset ? method == PairsMethod::kPaperStrict
@@ -42,6 +48,11 @@ void PairsOptions::Describe(OptionSet* set) {
            -1, 180);
   set->Add("pairs.survey_px", &survey_px,
            "Longer side of the images over which methods by mesh integrate, pixels", 8, 65536);
+  set->Add("pairs.candidates", &candidates,
+           "Partners of each view that are measured, the best by an estimate from some of its "
+           "points; all where there are no more, for the method all, and with 0; -1 = eight for "
+           "each of pairs.per_camera, at least 32",
+           -1, 10000);
   set->Add("pairs.min_overlap", &min_overlap,
            "Methods by mesh: least part of what a view sees of the mesh that its partner must see "
            "too; -1 = the method's own (tuned, paper 0.05, others 0)",
@@ -125,6 +136,16 @@ PairsRecipe Resolve(const PairsOptions& options) {
           ? options.min_overlap
           : (method == PairsMethod::kPaper || method == PairsMethod::kTuned ? 0.05 : 0);
 
+  recipe.candidates = options.candidates >= 0
+                          ? options.candidates
+                          : std::max(kLeastCandidates, kCandidatesEach * recipe.per_camera);
+  if (method == PairsMethod::kAll) recipe.candidates = 0;
+  if (recipe.candidates > 0 && recipe.candidates < recipe.per_camera) {
+    throw InputError(
+        "pairs.candidates = " + std::to_string(recipe.candidates) +
+        ": must be 0 or at least pairs.per_camera = " + std::to_string(recipe.per_camera));
+  }
+
   recipe.bpv = options.bpv;
   const bool tuned = method == PairsMethod::kTuned;
   recipe.bpv.reference_parallax_deg =
@@ -165,8 +186,7 @@ PairsRecipe Resolve(const PairsOptions& options) {
   recipe.swaps.printed_facets = Printed(options.coverage_facets, method);
   recipe.survey.resolution_px = options.survey_px;
   if (method == PairsMethod::kMeshParallax) {
-    recipe.survey.min_parallax_deg = recipe.min_parallax_deg;
-    recipe.survey.max_parallax_deg = recipe.max_parallax_deg;
+    recipe.survey.parallax = {recipe.min_parallax_deg, recipe.max_parallax_deg};
   }
   return recipe;
 }

@@ -50,6 +50,7 @@ struct PairsOptions {
   double min_parallax_deg = -1;  // -1 = the method's own
   double max_parallax_deg = -1;
   int survey_px = 128;
+  int candidates = 32;      // 0 = all
   double min_overlap = -1;  // -1 = the method's own
   std::string terms = "OSPRC";
   double reference_parallax_deg = -1;  // -1 = the method's own
@@ -81,6 +82,7 @@ struct PairsRecipe {
   double max_parallax_deg = 0;
   double min_overlap = 0;  // least part of what view i sees of the mesh that j must share
   bool improve_coverage = false;
+  int candidates = 0;  // partners of each view that are measured; 0 = all
   BpvOptions bpv;
   SwapOptions swaps;
   SurveyOptions survey;
@@ -89,6 +91,7 @@ struct PairsRecipe {
     return method == PairsMethod::kVu || method == PairsMethod::kTola ||
            method == PairsMethod::kSparsePoints;
   }
+  bool ByMesh() const { return method != PairsMethod::kFile && !UsesSparsePoints(); }
   bool UsesEnergies() const {
     return method == PairsMethod::kTuned || method == PairsMethod::kPaper ||
            method == PairsMethod::kPaperStrict;

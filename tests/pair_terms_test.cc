@@ -24,15 +24,24 @@ Camera CameraAt(const Eigen::Vector3d& center, double focal_px = 1000) {
 const Eigen::Vector3d kOrigin = Eigen::Vector3d::Zero();
 const Eigen::Vector3d kNormal = Eigen::Vector3d::UnitZ();
 
+PointSight SightFrom(const Camera& camera) {
+  return {camera.Center(), FocalPx(camera), kOrigin, kNormal};
+}
+
+PointSight SightFrom(const Eigen::Vector3d& center, const Eigen::Vector3d& normal = kNormal) {
+  return {center, 1000, kOrigin, normal};
+}
+
 double Symmetry(double degrees_i, double degrees_j, bool printed = false) {
-  return OrientedAngleDifferenceDeg(OnArc(degrees_i), OnArc(degrees_j), kOrigin, kNormal, printed);
+  return OrientedAngleDifferenceDeg(SightFrom(OnArc(degrees_i)), SightFrom(OnArc(degrees_j)),
+                                    printed);
 }
 
 TEST(Parallax, IsTheAngleBetweenTheRays) {
-  EXPECT_NEAR(ParallaxDeg(OnArc(-10), OnArc(25), kOrigin), 35, 1e-9);
-  EXPECT_NEAR(ParallaxDeg(OnArc(-10, 2), OnArc(25, 90), kOrigin), 35, 1e-9);
-  EXPECT_NEAR(ParallaxDeg(OnArc(20), OnArc(20, 8), kOrigin), 0, 1e-6);
-  EXPECT_NEAR(ParallaxDeg(OnArc(90), OnArc(-90), kOrigin), 180, 1e-9);
+  EXPECT_NEAR(ParallaxDeg(SightFrom(OnArc(-10)), SightFrom(OnArc(25))), 35, 1e-9);
+  EXPECT_NEAR(ParallaxDeg(SightFrom(OnArc(-10, 2)), SightFrom(OnArc(25, 90))), 35, 1e-9);
+  EXPECT_NEAR(ParallaxDeg(SightFrom(OnArc(20)), SightFrom(OnArc(20, 8))), 0, 1e-6);
+  EXPECT_NEAR(ParallaxDeg(SightFrom(OnArc(90)), SightFrom(OnArc(-90))), 180, 1e-9);
 }
 
 // The paper's figure: C_ref at 40 degrees; C_1 across the normal and C_2 on the same side.
@@ -56,25 +65,27 @@ TEST(Symmetry, DoesNotChangeWithARotationOfTheWorld) {
   const Eigen::Matrix3d rotation =
       Eigen::AngleAxisd(0.9, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
   for (const bool printed : {false, true}) {
-    EXPECT_NEAR(OrientedAngleDifferenceDeg(rotation * OnArc(25), rotation * OnArc(-60), kOrigin,
-                                           rotation * kNormal, printed),
-                Symmetry(25, -60, printed), 1e-9);
+    EXPECT_NEAR(
+        OrientedAngleDifferenceDeg(SightFrom(rotation * OnArc(25), rotation * kNormal),
+                                   SightFrom(rotation * OnArc(-60), rotation * kNormal), printed),
+        Symmetry(25, -60, printed), 1e-9);
   }
 }
 
 TEST(Resolution, ACameraAtTwiceTheDistanceDiffersByOne) {
-  const Camera near = CameraAt(OnArc(0, 5));
-  const Camera far = CameraAt(OnArc(30, 10));
-  EXPECT_NEAR(ResolutionDiscrepancy(near, far, kOrigin, false), 1, 1e-12);
-  EXPECT_NEAR(ResolutionDiscrepancy(far, near, kOrigin, false), 0.5, 1e-12);
+  const PointSight near = SightFrom(CameraAt(OnArc(0, 5)));
+  const PointSight far = SightFrom(CameraAt(OnArc(30, 10)));
+  EXPECT_NEAR(ResolutionDiscrepancy(near, far, false), 1, 1e-12);
+  EXPECT_NEAR(ResolutionDiscrepancy(far, near, false), 0.5, 1e-12);
   // Twice the focal length makes up for it.
-  EXPECT_NEAR(ResolutionDiscrepancy(near, CameraAt(OnArc(30, 10), 2000), kOrigin, false), 0, 1e-12);
+  EXPECT_NEAR(ResolutionDiscrepancy(near, SightFrom(CameraAt(OnArc(30, 10), 2000)), false), 0,
+              1e-12);
 }
 
 // |5/1000 - 10/1000| / 5: with focal lengths in pixels E_r is -1 whatever the cameras do.
 TEST(Resolution, ThePrintedFormIsInert) {
-  const double printed =
-      ResolutionDiscrepancy(CameraAt(OnArc(0, 5)), CameraAt(OnArc(0, 10)), kOrigin, true);
+  const double printed = ResolutionDiscrepancy(SightFrom(CameraAt(OnArc(0, 5))),
+                                               SightFrom(CameraAt(OnArc(0, 10))), true);
   EXPECT_NEAR(printed, 1e-3, 1e-12);
   EXPECT_NEAR(GaussianEnergy(printed, 0, 0.25), -1, 1e-5);
   EXPECT_NEAR(GaussianEnergy(1, 0, 0.25), -std::exp(-8), 1e-12);
@@ -151,8 +162,7 @@ Rig PlaneRig(double half) {
 SurveyOptions Fine() {
   SurveyOptions options;
   options.resolution_px = 400;
-  options.min_parallax_deg = 20;
-  options.max_parallax_deg = 40;
+  options.parallax = {20, 40};
   return options;
 }
 

@@ -5,7 +5,6 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <memory>
-#include <vector>
 
 #include "core/refine/round.h"
 #include "core/support/parallel.h"

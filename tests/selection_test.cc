@@ -225,15 +225,18 @@ TEST(PairSelection, TheSameForAnyNumberOfThreads) {
     view.camera = level.camera;
     scene.views.push_back(view);
   }
-  std::string before;
-  for (const int threads : {1, 2, 4}) {
-    const ThreadScope scope(threads);
-    const PairSurvey survey = SurveyPairs(scene, test::OccluderMesh(), SurveyOptions());
-    const PairSelection selection =
-        SelectPairs(scene, test::OccluderMesh(), Method(PairsMethod::kPaper, 1), &survey);
-    const std::string json = PairsJson(scene, survey, selection).dump();
-    EXPECT_TRUE(before.empty() || json == before) << threads;
-    before = json;
+  for (const int candidates : {0, 1}) {
+    PairsOptions options = Method(PairsMethod::kPaper, 1);
+    options.candidates = candidates;
+    std::string before;
+    for (const int threads : {1, 2, 4}) {
+      const ThreadScope scope(threads);
+      PairSurvey survey;
+      const PairSelection selection = SelectPairs(scene, test::OccluderMesh(), options, &survey);
+      const std::string json = PairsJson(scene, survey, selection).dump();
+      EXPECT_TRUE(before.empty() || json == before) << threads << " " << candidates;
+      before = json;
+    }
   }
 }
 
@@ -288,6 +291,16 @@ TEST(PairsOptions, WhatDoesNotFitIsAnInputError) {
   EXPECT_EQ(error_of(options), "pairs.terms = C: needs one of O, S, P, R");
   EXPECT_EQ(error_of(Method(PairsMethod::kFile)),
             "pairs.file: must name a file for pairs.method = file");
+  options = Method(PairsMethod::kPaper, 6);
+  options.candidates = 5;
+  EXPECT_EQ(error_of(options), "pairs.candidates = 5: must be 0 or at least pairs.per_camera = 6");
+  options.candidates = 6;
+  EXPECT_EQ(error_of(options), "");
+  EXPECT_EQ(Resolve(options).candidates, 6);
+  options.candidates = -1;
+  EXPECT_EQ(Resolve(options).candidates, 48);
+  EXPECT_EQ(Resolve(Method(PairsMethod::kPaper, 1)).candidates, 32);
+  EXPECT_EQ(Resolve(Method(PairsMethod::kAll)).candidates, 0);
   options = Method(PairsMethod::kPaper);
   options.file = "pairs.json";
   EXPECT_EQ(error_of(options), "pairs.file: is read by pairs.method = file only, not by paper");
@@ -312,7 +325,7 @@ class PairFile : public testing::Test {
 
 TEST_F(PairFile, ReadsBackWhatSelectWrites) {
   const Scene scene = ArcScene({0, 30, 60});
-  const PairSurvey survey = SurveyPairs(scene, Plane(), SurveyOptions());
+  PairSurvey survey;
   const PairSelection selection =
       SelectPairs(scene, Plane(), Method(PairsMethod::kPaper, 2), &survey);
   Write(PairsJson(scene, survey, selection).dump(2));

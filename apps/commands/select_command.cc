@@ -58,9 +58,9 @@ void SelectCommand::Run() {
   const MeshParts parts = OrientAndCheck(scene, options.mesh, mesh_path, &mesh);
   for (const std::string& line : parts.lines) std::cerr << line << "\n";
   const Stopwatch watch;
-  const PairsRecipe recipe = Resolve(options.pairs);
-  const PairSurvey survey = SurveyPairs(scene, mesh, recipe.survey);
+  PairSurvey survey;
   const PairSelection selection = SelectPairs(scene, mesh, options.pairs, &survey);
+  const PairsRecipe& recipe = selection.recipe;
   const double seconds = watch.Seconds();
   for (const std::string& warning : selection.warnings) {
     std::cerr << "no partner: " << warning << "\n";

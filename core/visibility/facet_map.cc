@@ -148,14 +148,16 @@ CornerMap::CornerMap(const TriangleMesh& mesh, const Camera& camera)
   });
 }
 
-cv::Mat1i FacetMap(const TriangleMesh& mesh, const Camera& camera) {
+cv::Mat1i FacetMap(const TriangleMesh& mesh, const Camera& camera, cv::Mat1f* inverse_depth) {
   const CornerMap corners(mesh, camera);
   cv::Mat1i map(camera.height, camera.width);
+  if (inverse_depth != nullptr) inverse_depth->create(camera.height, camera.width);
   ParallelFor(camera.height, kRowGrain, [&](int begin, int end) {
     for (int y = begin; y < end; ++y) {
       for (int x = 0; x < camera.width; ++x) {
         const int code = corners.CodeAt(x, y);
         map(y, x) = code < 0 ? -1 : FacetCorner::Of(code).facet;
+        if (inverse_depth != nullptr) (*inverse_depth)(y, x) = corners.InverseDepthAt(x, y);
       }
     }
   });

@@ -19,8 +19,9 @@ namespace burin {
 // a pixel is on the facet where no u_k is negative (Olano and Greer 1997): facets that reach behind the camera need no
 // clipping. Of facets that meet at an edge exactly one has a centre on it where both are seen from the same side. Of
 // facets at the same depth (single precision of 1/t) the first one is seen. Facets that are not finite, or edge-on, are
-// not seen.
-cv::Mat1i FacetMap(const TriangleMesh& mesh, const Camera& camera);
+// not seen. `inverse_depth`, unless null, gets 1/t of what is seen, 0 for nothing.
+cv::Mat1i FacetMap(const TriangleMesh& mesh, const Camera& camera,
+                   cv::Mat1f* inverse_depth = nullptr);
 
 // A facet and the one of its corners with the largest u_k at a pixel (of equal ones the first), as a number.
 struct FacetCorner {
