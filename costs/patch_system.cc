@@ -12,8 +12,10 @@ namespace {
 
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// delta relative to the mean diagonal of H, plus a floor for patches without texture.
+// delta relative to the mean diagonal of H, plus a floor for patches without texture. Ten times that where it does not
+// outweigh the rounding of sums in single precision, by which H may have small negative eigenvalues.
 constexpr double kRelativeDamping = 1e-6;
+constexpr int kTries = 4;
 constexpr double kAbsoluteDamping = 1e-9;
 
 // H + delta I factored, and what follows from it. Of one thread, to be used again.
@@ -29,15 +31,22 @@ struct Factored {
 
 bool Factored::Make(const PatchSystem& system) {
   const int n = system.Unknowns();
-  matrix = system.curvature;
   solved = system.gradient;
+  const Eigen::Map<const Matrix> curvature(system.curvature.data(), n, n);
+  damping = kRelativeDamping * curvature.trace() / n + kAbsoluteDamping;
+  matrix.resize(system.curvature.size());
   Eigen::Map<Matrix> map(matrix.data(), n, n);
-  damping = kRelativeDamping * map.trace() / n + kAbsoluteDamping;
-  map.diagonal().array() += damping;
-  const Eigen::LLT<Eigen::Ref<Matrix>> factor(map);  // in place
-  if (factor.info() != Eigen::Success) return false;
+  bool factored = false;
+  for (int tries = 0; tries < kTries && !factored; ++tries) {
+    if (tries > 0) damping *= 10;
+    map = curvature;
+    map.diagonal().array() += damping;
+    const Eigen::LLT<Eigen::Ref<Matrix>> factor(map);  // in place
+    factored = factor.info() == Eigen::Success;
+  }
+  if (!factored) return false;
   Eigen::Map<Eigen::VectorXd> r(solved.data(), n);
-  factor.matrixL().solveInPlace(r);
+  map.triangularView<Eigen::Lower>().solveInPlace(r);
   const double squared = r.squaredNorm();
   if (!std::isfinite(squared + system.cost)) return false;
   beta = 1;

