@@ -60,7 +60,7 @@ class StepSquares {
   }
 
  private:
-  static constexpr int kSquare = 8;
+  static constexpr int kSquare = 4;
   static int SquareOf(int pixel) { return pixel / kSquare; }
   // Of what may be anywhere: far off is far off.
   static int Floor(float pixel) {

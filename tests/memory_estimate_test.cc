@@ -34,6 +34,7 @@ LevelLoad SomeLoad() {
   load.vertices = 1e5;
   load.faces = 2e5;
   load.visible_facets = 1e6;
+  load.view_facets = 1e5;
   load.points = 1e4;
   load.threads = 2;
   return load;
@@ -49,6 +50,7 @@ TEST(MemoryEstimate, NeverFallsWhenSomethingGrows) {
       [](LevelLoad* load) { return &load->vertices; },
       [](LevelLoad* load) { return &load->faces; },
       [](LevelLoad* load) { return &load->visible_facets; },
+      [](LevelLoad* load) { return &load->view_facets; },
       [](LevelLoad* load) { return &load->points; },
       [](LevelLoad* load) { return &load->held_bytes; },
       [](LevelLoad* load) { return &load->threads; },

@@ -7,6 +7,7 @@
 #include "core/support/parallel.h"
 #include "core/visibility/facet_pencil.h"
 #include "core/visibility/partner_bits.h"
+#include "costs/facet_blocks.h"
 #include "costs/patch_cost.h"
 #include "costs/photometric_energy.h"
 #include "costs/stencil_cost.h"
@@ -15,9 +16,11 @@ namespace burin {
 namespace {
 
 constexpr double kMib = 1024.0 * 1024.0;
-constexpr double kRing = 7;         // vertices of a patch: a vertex and, on average, six neighbours
-constexpr double kFacetsOf = 6;     // facets of a vertex
-constexpr double kAllocation = 16;  // header and rounding of a small allocation (glibc)
+constexpr double kRing = 7;      // vertices of a patch: a vertex and, on average, six neighbours
+constexpr double kFacetsOf = 6;  // facets of a vertex
+constexpr double kFacetCorners = 3;
+constexpr double kFacetsAVertex = 2;  // of the mesh
+constexpr double kAllocation = 16;    // header and rounding of a small allocation (glibc)
 constexpr double kPointer = 8;
 
 // What burin keeps, in bytes. Correct this table when burin keeps more or less.
@@ -31,7 +34,7 @@ struct Costs {
   double mask_entry = 13;  // WindowMasks: column 4, bits 8, thin 1
   double mask_share = 0.15;  // of covered pixels: windows with a mask (0.004 to 0.19 measured)
   // --- a pixel of the largest view, of the view in work
-  // inverse depth, cost, slope, curvature (fields, added by precision), reference image as float 4
+  // cost, share, slope, curvature, inverse depth (fields, added by precision), reference image as float 4
   double view_fields = 4;
 
   // --- a thread: the rows of PairKernel, 20 fields of 5 rows of a 512-pixel tile and stack
@@ -44,19 +47,26 @@ struct Costs {
 
   // --- a facet of the mesh
   double facet_mesh = 2 * sizeof(Eigen::Vector3i);  // the mesh and the input it came from
-  // and the facet's normal, and its scores at a level's start and end
-  double facet_sums = 3 * 44 + sizeof(Eigen::Vector3d) + 2 * sizeof(FacetScore);
+  // The corners' sums are added by precision; the facet's normal, its scores at a level's start and end
+  double facet_sums = sizeof(Eigen::Vector3d) + 2 * sizeof(FacetScore);
+  // FacetBlocks: vertices, start, facet, facets at its edges
+  double facet_block = 3 * 4 + 4 + 4 + 3;
 
   // --- a vertex of the mesh
   // positions: mesh, solver's, last evaluated, input; RoundContext: normal, boundary and supported,
   // neighbours and faces with their starts
   double vertex_mesh = 4 * sizeof(Eigen::Vector3d) + sizeof(Eigen::Vector3d) + 2 +
                        4 * (kFacetsOf + 1) + 4 * (kFacetsOf + 1);
-  // PatchCost: object, blocks, incident facets of 5 ints, parameter sizes; factor added by unknowns
-  double patch = sizeof(PatchCost) + kRing * 4 + kFacetsOf * 20 + kRing * 4 + 5 * kAllocation;
-  // StencilCost: object, and added by size coefficient and parameter size
-  double stencil = sizeof(StencilCost) + 3 * kAllocation;
-  double stencil_entry = 8 + 4;
+  // FacetBlocks: PatchScale; RoundEnergy: constant, manifold and LineAlongNormal
+  double vertex_block = sizeof(PatchScale) + 1 + kPointer + 32;
+  // StencilBlocks: start and rest; by size vertex and coefficient
+  double stencil = 4 + sizeof(Eigen::Vector3d);
+  double stencil_entry = 4 + 8;
+  // Of the problem for Ceres. PatchCost: object, vertices, parameter sizes; factor added by unknowns
+  double patch_cost = sizeof(PatchCost) + sizeof(PatchFactor) + 2 * kRing * 4 + 4 * kAllocation;
+  // StencilCost: object, and by size coefficient and parameter size
+  double stencil_cost = sizeof(StencilCost) + 3 * kAllocation;
+  double stencil_cost_entry = 8 + 4;
   // ceres::Problem. A residual block: object 32, its pointer in two programs, node of the map that
   // counts cost functions 48; added by size the pointers to parameter blocks.
   double residual_block = 32 + 2 * kPointer + 48 + 3 * kAllocation;
@@ -79,24 +89,43 @@ struct Costs {
   // n log n), with indices
   double product = 12 * 4.0 / 3 + 4;
   double normal_entry = 2 * (8 + 4);
-  // NormalEquations: an entry of H with its column and mirror, a residual's place for an entry, and
-  // of a residual's parameter the pointer, contribution and plus Jacobian.
-  double equation_entry = 8 + 4 + 12;
-  double equation_slot = 4;
-  double equation_parameter = 16 + 8 + 24;
+  // NormalEquations. An entry of H: value, column, half of its place below the diagonal; the place of a block's entry;
+  // a contribution; a block's place and cost; of a vertex MovingBlock, plus Jacobian, indices, two RowTasks, a state
+  // that is kept; starts of rows.
+  double equation_entry = 8 + 4 + 1;
+  double equation_slot = 2;
+  double equation_contribution = 8;
+  double equation_block = 8 + 8;
+  double equation_vertex = 48 + 24 + 3 * 4 + 2 * 16 + 2 * 24;
+  double equation_row = 8 + 8 + 4;
+  // Entries of H against those of a regular mesh: 28 of 19 on fountain-P11, whose split facets have vertices of
+  // four to eight neighbours.
+  double irregular = 1.45;
   double fill = 4.5;
   double factor_entry = 8 + 1;
 
-  // Small allocations (everything above that is a vertex's) leave gaps between them.
-  double gaps = 1.08;
+  // Freed arrays that the allocator keeps, of what is not the program: those below 32 MiB, so that they do not grow
+  // with large runs.
+  double gaps = 0.14;
+  double largest_gaps = 80 * kMib;
 
   double point = sizeof(ScenePoint) + 4 * 8 + 8 + 4 * 24;  // of the scene, views and tracks
 };
 constexpr Costs kCost;
 
 // Pieces that level.max_edge_px and the growth of moved surfaces add: 1.4 seen on fountain-P11, which
-// bridges depth steps, 1.1 on scenes that do not.
-constexpr double kLongEdges = 1.25;
+// bridges depth steps, 1.1 on scenes that do not, with the defaults. Facets of less area seldom have longer edges.
+constexpr double kLongEdges = 0.25;
+double LongEdges(const LevelOptions& levels) {
+  if (levels.max_edge_px <= 0) return 1;
+  const LevelOptions defaults;
+  const double ratio = (levels.max_facet_px / defaults.max_facet_px) /
+                       std::pow(levels.max_edge_px / defaults.max_edge_px, 2);
+  return 1 + kLongEdges * std::min(1.0, ratio);
+}
+
+// What the view that sees most sees, of the mean.
+constexpr double kLargestView = 1.5;
 
 // Vertices that share a residual with a vertex, itself included, when residuals are on `stencil`
 // vertices: k rings of a regular mesh have 1 + 3 k (k + 1) vertices, two residuals' reach twice that.
@@ -105,26 +134,27 @@ double CoupledVertices(double stencil) {
   return 1 + 3 * (2 * rings) * (2 * rings + 1);
 }
 
-// What a strategy keeps beside the problem.
+// What a strategy keeps beside the round's energy.
 struct SolverCost {
   const char* name;
+  bool ceres;      // CeresProblem
   bool jacobian;   // Ceres' own
   bool equations;  // NormalEquations
   bool factor;
   double vectors;  // of unknowns
 };
 constexpr SolverCost kSolverCosts[] = {
-    {"gradient_descent", false, false, false, 8},
-    {"steepest_descent", false, false, false, 2},
-    {"ncg", false, false, false, 2},
-    {"bfgs", false, false, false, 2},        // and its matrix
-    {"lbfgs", false, false, false, 2 * 20},  // Ceres' default rank
-    {"lbfgs_sobolev", false, true, true, 2 * 20},
-    {"lbfgs_h", false, true, true, 2 * 20},
-    {"lm_cgnr", true, false, false, 6},
-    {"lm_pcg", false, true, false, 8},
-    {"lm_cholesky", true, false, true, 2},
-    {"dogleg", true, false, true, 6},
+    {"gradient_descent", true, false, false, false, 8},
+    {"steepest_descent", true, false, false, false, 2},
+    {"ncg", true, false, false, false, 2},
+    {"bfgs", true, false, false, false, 2},        // and its matrix
+    {"lbfgs", true, false, false, false, 2 * 20},  // Ceres' default rank
+    {"lbfgs_sobolev", false, false, true, true, 2 * 20},
+    {"lbfgs_h", false, false, true, true, 2 * 20},
+    {"lm_cgnr", true, true, false, false, 6},
+    {"lm_pcg", false, false, true, false, 8},
+    {"lm_cholesky", true, true, false, true, 2},
+    {"dogleg", true, true, false, true, 6},
 };
 constexpr double kBfgsMaxUnknowns = 8000;  // larger ones are refused by Refine
 
@@ -132,7 +162,7 @@ SolverCost CostOf(const std::string& solver) {
   for (const SolverCost& cost : kSolverCosts) {
     if (solver == cost.name) return cost;
   }
-  return {"", true, true, true, 2 * 20};
+  return {"", true, true, true, true, 2 * 20};
 }
 
 }  // namespace
@@ -155,20 +185,29 @@ MemoryEstimate EstimateLevel(const LevelLoad& load) {
   const double pixels =
       load.domain_bytes + load.covered_pixels * kCost.pixel_list +
       (load.masks ? load.covered_pixels * kCost.mask_share * kCost.mask_entry : 0) +
-      load.largest_view * (kCost.view_fields + 4 * fields) +
-      load.visible_facets * kCost.visible_facet +
-      std::min(load.visible_facets, load.faces) * kCost.facet_pencil + load.threads * kCost.thread;
+      load.largest_view * (kCost.view_fields + 5 * fields) +
+      load.visible_facets * kCost.visible_facet + load.view_facets * kCost.facet_pencil +
+      load.threads * kCost.thread;
   const double mesh = load.faces * kCost.facet_mesh + load.vertices * kCost.vertex_mesh;
-  const double factor_of_patch =
-      8 * (patch_unknowns + 1 + patch_unknowns * (patch_unknowns + 1) / 2);
-  const double stencil = load.stencil > 0 ? kCost.stencil + load.stencil * kCost.stencil_entry : 0;
+  const double corner_sums =
+      3 * static_cast<double>(CornerSumsList::BytesPerCorner(/*in_double=*/fields > 4));
   const double energy =
-      load.faces * kCost.facet_sums + load.vertices * (kCost.patch + factor_of_patch + stencil);
+      load.faces * (corner_sums + kCost.facet_sums + kCost.facet_block) +
+      load.vertices * (kCost.vertex_block +
+                       (load.stencil > 0 ? kCost.stencil + load.stencil * kCost.stencil_entry : 0));
   const double residual_blocks = load.stencil > 0 ? 2 : 1;
-  const double problem =
-      load.vertices * (residual_blocks * kCost.residual_block + (kRing + load.stencil) * kPointer +
-                       kCost.parameter_block + kCost.vertex_state) +
-      unknowns * (kCost.unknown_state + 8 * solver.vectors);
+  double problem = unknowns * 8 * solver.vectors;
+  if (solver.ceres) {
+    const double factor_of_patch =
+        8 * (patch_unknowns + 1 + patch_unknowns * (patch_unknowns + 1) / 2);
+    problem +=
+        load.vertices *
+            (kCost.patch_cost + factor_of_patch +
+             (load.stencil > 0 ? kCost.stencil_cost + load.stencil * kCost.stencil_cost_entry : 0) +
+             residual_blocks * kCost.residual_block + (kRing + load.stencil) * kPointer +
+             kCost.parameter_block + kCost.vertex_state) +
+        unknowns * kCost.unknown_state;
+  }
   double jacobian = 0;
   if (solver.jacobian) {
     // A patch has one row more than unknowns, a stencil three.
@@ -180,9 +219,12 @@ MemoryEstimate EstimateLevel(const LevelLoad& load) {
   const auto pairs = [](double blocks) { return blocks * (blocks + 1) / 2; };
   const double coupled = CoupledVertices(std::max(kRing, load.stencil));
   if (solver.equations) {
-    linear += load.vertices * (n * n * coupled * kCost.equation_entry +
-                               (pairs(kRing) + pairs(load.stencil)) * kCost.equation_slot +
-                               (kRing + load.stencil) * kCost.equation_parameter);
+    linear += load.vertices *
+              (n * n * kCost.irregular * coupled * kCost.equation_entry +
+               (pairs(kFacetCorners) * kFacetsAVertex + pairs(load.stencil)) * kCost.equation_slot +
+               (kFacetCorners * kFacetsAVertex + load.stencil) * kCost.equation_contribution +
+               (kFacetsAVertex + 1) * kCost.equation_block + kCost.equation_vertex +
+               n * kCost.equation_row);
   }
   if (solver.factor) {
     // Wider rows of the matrix fill the factor more; measured with the bi-Laplacian.
@@ -197,16 +239,13 @@ MemoryEstimate EstimateLevel(const LevelLoad& load) {
   estimate.level = load.level;
   estimate.vertices = static_cast<int64_t>(load.vertices);
   estimate.faces = static_cast<int64_t>(load.faces);
-  const double small = kCost.gaps / kMib;
-  estimate.parts = {{"program", kCost.base / kMib},
-                    {"held", load.held_bytes / kMib},
-                    {"images", images / kMib},
-                    {"pixels", pixels / kMib},
-                    {"mesh", mesh / kMib},
-                    {"energy", energy * small},
-                    {"ceres_problem", problem * small},
-                    {"jacobian", jacobian * small},
-                    {"linear_solver", linear * small}};
+  estimate.parts = {{"program", kCost.base / kMib},  {"held", load.held_bytes / kMib},
+                    {"images", images / kMib},       {"pixels", pixels / kMib},
+                    {"mesh", mesh / kMib},           {"energy", energy / kMib},
+                    {"solver", problem / kMib},      {"jacobian", jacobian / kMib},
+                    {"linear_solver", linear / kMib}};
+  const double kept = kCost.gaps * (estimate.Mib() - kCost.base / kMib);
+  estimate.parts.emplace_back("gaps", std::min(kept, kCost.largest_gaps / kMib));
   return estimate;
 }
 
@@ -258,12 +297,15 @@ MemoryEstimate EstimateMemory(const Scene& scene, const TriangleMesh& mesh,
       load.largest_view = std::max(load.largest_view, pixels);
     }
     load.domain_bytes = load.level_pixels * planes;
-    load.faces = static_cast<double>(ExpectedFaces(surface, levels.max_facet_px, level)) *
-                 (levels.max_edge_px > 0 ? kLongEdges : 1);
+    load.faces =
+        static_cast<double>(ExpectedFaces(surface, levels.max_facet_px, level)) * LongEdges(levels);
     // Each bisection of an edge adds a vertex and, inside the surface, two faces.
     load.vertices = static_cast<double>(mesh.vertices.size()) +
                     (load.faces - static_cast<double>(mesh.faces.size())) / 2;
     load.visible_facets = load.faces * surface.views_per_area;
+    load.view_facets =
+        std::min(load.faces, kLargestView * load.visible_facets /
+                                 std::max(1.0, static_cast<double>(scene.views.size())));
     const auto unknowns = static_cast<int>(std::min(2e9, load.vertices * load.unknowns_per_vertex));
     const Strategy* strategy =
         FindStrategy(options.refinement.solver.type, unknowns, options.refinement.solver);

@@ -29,6 +29,7 @@ struct LevelLoad {
   double vertices = 0;
   double faces = 0;
   double visible_facets = 0;  // summed over views
+  double view_facets = 0;     // visible in the view that sees most
   double held_bytes = 0;      // what the command keeps beside scene and mesh
   double points = 0;          // of the scene
   double threads = 1;
