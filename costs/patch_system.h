@@ -57,6 +57,6 @@ struct PatchFactor {
   bool valid = false;  // finite
   std::vector<double> values;
 };
-void Factor(const PatchSystem& system, PatchFactor* factor);
+void Factor(const PatchSystem& system, PatchFactor* result);
 
 }  // namespace burin
