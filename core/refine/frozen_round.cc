@@ -81,6 +81,7 @@ nlohmann::json RoundProblem::EnergyByTerm() const {
   nlohmann::json energies = nlohmann::json::object();
   double total = 0;
   for (const auto& [term, round] : terms_) {
+    if (energies.contains(term->Name())) continue;  // EnergyOf() is of all terms of that name
     const double energy = energy_.EnergyOf(term->Name());
     energies[term->Name()] = energy;
     total += energy;
