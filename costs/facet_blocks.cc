@@ -25,10 +25,10 @@ std::vector<int> FacetsOfSeen(const RoundContext& context) {
   return facets;
 }
 
-Adjacency VerticesOf(const RoundContext& context) {
+Adjacency VerticesOf(const RoundContext& context, const std::vector<int>& facets) {
   Adjacency vertices;
   vertices.start.push_back(0);
-  for (const int f : FacetsOfSeen(context)) {
+  for (const int f : facets) {
     for (const int v : context.mesh->faces[f]) vertices.index.push_back(v);
     vertices.start.push_back(static_cast<int>(vertices.index.size()));
   }
@@ -65,9 +65,10 @@ struct Unknown {
 }  // namespace
 
 FacetBlocks::FacetBlocks(const PhotometricRound* round)
-    : EnergyBlocks(VerticesOf(round->context())),
-      round_(round),
-      facet_(FacetsOfSeen(round->context())) {
+    : FacetBlocks(round, FacetsOfSeen(round->context())) {}
+
+FacetBlocks::FacetBlocks(const PhotometricRound* round, std::vector<int> facets)
+    : EnergyBlocks(VerticesOf(round->context(), facets)), round_(round), facet_(std::move(facets)) {
   const RoundContext& context = round->context();
   sharing_.resize(facet_.size());
   ParallelFor(size(), kFacetGrain, [&](int begin, int end) {

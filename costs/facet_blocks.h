@@ -39,6 +39,8 @@ class FacetBlocks : public EnergyBlocks {
   void FactorForCeres() const;
 
  private:
+  FacetBlocks(const PhotometricRound* round, std::vector<int> facets);
+
   const PhotometricRound* round_;
   std::vector<int> facet_;                       // of each block
   std::vector<std::array<uint8_t, 3>> sharing_;  // of its edges (0,1), (1,2), (2,0): facets there
