@@ -294,10 +294,4 @@ std::vector<double> VertexErrors(const TriangleMesh& mesh, const Truth& truth,
   return errors;
 }
 
-TriangleMesh Moved(const TriangleMesh& mesh, const Similarity& motion) {
-  TriangleMesh moved = mesh;
-  for (Eigen::Vector3d& vertex : moved.vertices) vertex = motion * vertex;
-  return moved;
-}
-
 }  // namespace burin

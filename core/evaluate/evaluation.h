@@ -162,7 +162,4 @@ double RmseToTruthMesh(const TriangleMesh& mesh, const TriangleMesh& truth,
 std::vector<double> VertexErrors(const TriangleMesh& mesh, const Truth& truth,
                                  double max_distance = std::numeric_limits<double>::infinity());
 
-// The mesh after a motion.
-TriangleMesh Moved(const TriangleMesh& mesh, const Similarity& motion);
-
 }  // namespace burin

@@ -128,11 +128,10 @@ Increment PlaneIncrement(const std::vector<PlanePair>& pairs, const Eigen::Vecto
 
 }  // namespace
 
-double Similarity::AngleDeg() const {
-  // atan2 of (2 sin, 2 cos): exact for small angles, where acos of the trace loses half the digits.
-  const Eigen::Vector3d twice_sine(rotation(2, 1) - rotation(1, 2), rotation(0, 2) - rotation(2, 0),
-                                   rotation(1, 0) - rotation(0, 1));
-  return std::atan2(twice_sine.norm(), rotation.trace() - 1) * 180 / M_PI;
+TriangleMesh Moved(const TriangleMesh& mesh, const Similarity& motion) {
+  TriangleMesh moved = mesh;
+  for (Eigen::Vector3d& vertex : moved.vertices) vertex = motion * vertex;
+  return moved;
 }
 
 bool FitSimilarity(const std::vector<Eigen::Vector3d>& source,

@@ -1,6 +1,6 @@
-// Similarities (rigid motions with a scale), and the one that best lays a set of surface points
-// onto another surface: ground truth and photographs are rarely registered to the last millimetre,
-// and a reconstruction without a known length has a scale of its own.
+// The similarity (core/scene/similarity.h) that best lays a set of surface points onto another surface:
+// ground truth and photographs are rarely registered to the last millimetre, and a reconstruction
+// without a known length has a scale of its own.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,27 +8,13 @@
 #include <string>
 #include <vector>
 
+#include "core/mesh/mesh.h"
+#include "core/scene/similarity.h"
+
 namespace burin {
 
-// x -> scale * rotation * x + translation; a rigid motion when scale is 1.
-struct Similarity {
-  double scale = 1;  // positive
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();  // world units of the target
-
-  Eigen::Vector3d operator*(const Eigen::Vector3d& point) const {
-    return scale * (rotation * point) + translation;
-  }
-  // (a * b) * x = a * (b * x).
-  Similarity operator*(const Similarity& first) const {
-    return {scale * first.scale, rotation * first.rotation,
-            scale * (rotation * first.translation) + translation};
-  }
-  Similarity Inverse() const {
-    return {1 / scale, rotation.transpose(), -(rotation.transpose() * translation) / scale};
-  }
-  double AngleDeg() const;  // of the rotation, in [0, 180]
-};
+// The mesh after a motion.
+TriangleMesh Moved(const TriangleMesh& mesh, const Similarity& motion);
 
 // The similarity T that minimises sum_k |target_k - T(source_k)|^2, in closed form (Umeyama,
 // "Least-squares estimation of transformation parameters between two point patterns", 1991, eqs.
