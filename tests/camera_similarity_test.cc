@@ -129,7 +129,7 @@ TEST(CameraSimilarity, IsAMinimum) {
   const std::vector<Camera> noisy = Noisy(cameras, 2);
   const Points points = SurfacePoints(7, 60);
   const CameraSimilarity fit = Fit(cameras, noisy, points);
-  EXPECT_LT(fit.errors.rms_px, MeasureCameraErrors(cameras, noisy, points, {}).rms_px);
+  EXPECT_LT(fit.errors.rms_px, MeasureCameraErrors(noisy, SightingsOf(cameras, points), {}).rms_px);
   const double least = std::pow(fit.errors.rms_px, 2);
   for (int k = 0; k < 7; ++k) {
     double rise[2];
@@ -141,7 +141,7 @@ TEST(CameraSimilarity, IsAMinimum) {
       if (k >= 3 && k < 6) small.translation = step * axis;
       if (k == 6) small.scale = 1 + step;
       const CameraErrors errors =
-          MeasureCameraErrors(cameras, noisy, points, small * fit.second_from_first);
+          MeasureCameraErrors(noisy, SightingsOf(cameras, points), small * fit.second_from_first);
       rise[(sign + 1) / 2] = std::pow(errors.rms_px, 2) - least;
       EXPECT_GT(rise[(sign + 1) / 2], 0) << k;
     }
@@ -155,7 +155,7 @@ TEST(CameraSimilarity, CountsEveryViewAlike) {
   shifted[1].cx += 3;
   Points points = SurfacePoints(3, 10);
   points[0].resize(2);
-  const CameraErrors errors = MeasureCameraErrors(cameras, shifted, points, {});
+  const CameraErrors errors = MeasureCameraErrors(shifted, SightingsOf(cameras, points), {});
   EXPECT_EQ(errors.view_px[0], 0);
   EXPECT_NEAR(errors.view_px[1], 3, 1e-9);
   EXPECT_NEAR(errors.rms_px, std::sqrt(3.0), 1e-9);
@@ -208,7 +208,8 @@ TEST(CameraSimilarity, APointBehindTheCameraCountsAsTheDiagonal) {
   const Eigen::Vector3d center = turned[3].Center();
   turned[3].rotation = Eigen::Vector3d(-1, 1, -1).asDiagonal() * turned[3].rotation;
   turned[3].translation = -turned[3].rotation * center;
-  const CameraErrors errors = MeasureCameraErrors(cameras, turned, SurfacePoints(4, 10), {});
+  const CameraErrors errors =
+      MeasureCameraErrors(turned, SightingsOf(cameras, SurfacePoints(4, 10)), {});
   EXPECT_EQ(errors.behind[3], 10);
   EXPECT_NEAR(errors.view_px[3], 500, 1e-9);
   EXPECT_EQ(errors.behind[0], 0);

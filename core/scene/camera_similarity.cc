@@ -20,17 +20,18 @@ using Vector7 = Eigen::Matrix<double, 7, 1>;
 using Matrix7 = Eigen::Matrix<double, 7, 7>;
 using Views = std::vector<Camera>;
 using Points = std::vector<std::vector<Eigen::Vector3d>>;
+using Sightings = std::vector<std::vector<Sighting>>;
 
 double Energy(const CameraErrors& errors) { return errors.views * errors.rms_px * errors.rms_px; }
 
 // Mean orientation, and mean and spread of the centres, of the views with points.
-Similarity Start(const Views& first, const Views& second, const Points& points) {
+Similarity Start(const Views& first, const Views& second, const Sightings& sightings) {
   Eigen::Vector3d mean_first = Eigen::Vector3d::Zero();
   Eigen::Vector3d mean_second = Eigen::Vector3d::Zero();
   Eigen::Matrix3d turn = Eigen::Matrix3d::Zero();
   int count = 0;
-  for (size_t v = 0; v < points.size(); ++v) {
-    if (points[v].empty()) continue;
+  for (size_t v = 0; v < sightings.size(); ++v) {
+    if (sightings[v].empty()) continue;
     ++count;
     mean_first += first[v].Center();
     mean_second += second[v].Center();
@@ -40,8 +41,8 @@ Similarity Start(const Views& first, const Views& second, const Points& points) 
   mean_second /= count;
   double spread_first = 0;
   double spread_second = 0;
-  for (size_t v = 0; v < points.size(); ++v) {
-    if (points[v].empty()) continue;
+  for (size_t v = 0; v < sightings.size(); ++v) {
+    if (sightings[v].empty()) continue;
     spread_first += (first[v].Center() - mean_first).squaredNorm();
     spread_second += (second[v].Center() - mean_second).squaredNorm();
   }
@@ -61,18 +62,16 @@ Similarity Start(const Views& first, const Views& second, const Points& points) 
 // + g d / extent.
 class Increments {
  public:
-  Increments(const Points& points, const Similarity& motion) {
+  Increments(const Sightings& sightings, const Similarity& motion) {
     int count = 0;
-    for (const std::vector<Eigen::Vector3d>& of_view : points) {
-      for (const Eigen::Vector3d& point : of_view) centre_ += motion * point;
+    for (const std::vector<Sighting>& of_view : sightings) {
+      for (const Sighting& seen : of_view) centre_ += motion * seen.point;
       count += static_cast<int>(of_view.size());
     }
     centre_ /= count;
     double squares = 0;
-    for (const std::vector<Eigen::Vector3d>& of_view : points) {
-      for (const Eigen::Vector3d& point : of_view) {
-        squares += (motion * point - centre_).squaredNorm();
-      }
+    for (const std::vector<Sighting>& of_view : sightings) {
+      for (const Sighting& seen : of_view) squares += (motion * seen.point - centre_).squaredNorm();
     }
     if (squares > 0) extent_ = std::sqrt(squares / count);
   }
@@ -115,26 +114,26 @@ Eigen::Matrix<double, 2, 3> ByPoint(const Camera& camera, const Eigen::Vector3d&
 }
 
 // The Gauss-Newton step, and how far it moves the points, RMS in pixels. Nothing along directions without stiffness.
-Vector7 Step(const Views& first, const Views& second, const Points& points,
-             const Similarity& motion, const Increments& increments, double* move_px) {
+Vector7 Step(const Views& second, const Sightings& sightings, const Similarity& motion,
+             const Increments& increments, double* move_px) {
   Matrix7 stiffness = Matrix7::Zero();
   Vector7 force = Vector7::Zero();
   int views = 0;
-  for (size_t v = 0; v < points.size(); ++v) {
-    if (points[v].empty()) continue;
+  for (size_t v = 0; v < sightings.size(); ++v) {
+    if (sightings[v].empty()) continue;
     ++views;
     Matrix7 view_stiffness = Matrix7::Zero();
     Vector7 view_force = Vector7::Zero();
-    for (const Eigen::Vector3d& point : points[v]) {
-      const Eigen::Vector3d moved = motion * point;
+    for (const Sighting& seen : sightings[v]) {
+      const Eigen::Vector3d moved = motion * seen.point;
       if (second[v].Depth(moved) <= 0) continue;
-      const Eigen::Vector2d error = second[v].Project(moved) - first[v].Project(point);
+      const Eigen::Vector2d error = second[v].Project(moved) - seen.pixel;
       const auto rows = increments.Derivative(ByPoint(second[v], moved), moved);
       view_stiffness += rows.transpose() * rows;
       view_force -= rows.transpose() * error;
     }
-    stiffness += view_stiffness / static_cast<double>(points[v].size());
-    force += view_force / static_cast<double>(points[v].size());
+    stiffness += view_stiffness / static_cast<double>(sightings[v].size());
+    force += view_force / static_cast<double>(sightings[v].size());
   }
   const Eigen::SelfAdjointEigenSolver<Matrix7> eigen(stiffness);
   const double least = kNoStiffness * eigen.eigenvalues()[6];
@@ -150,27 +149,37 @@ Vector7 Step(const Views& first, const Views& second, const Points& points,
 
 }  // namespace
 
-CameraErrors MeasureCameraErrors(const Views& first, const Views& second, const Points& points,
-                                 const Similarity& motion) {
-  CHECK_EQ(first.size(), points.size());
-  CHECK_EQ(second.size(), points.size());
-  CameraErrors errors;
-  errors.view_px.assign(points.size(), std::numeric_limits<double>::quiet_NaN());
-  errors.behind.assign(points.size(), 0);
-  double sum = 0;
+Sightings SightingsOf(const Views& cameras, const Points& points) {
+  CHECK_EQ(cameras.size(), points.size());
+  Sightings sightings(points.size());
   for (size_t v = 0; v < points.size(); ++v) {
-    if (points[v].empty()) continue;
-    double squares = 0;
     for (const Eigen::Vector3d& point : points[v]) {
-      const Eigen::Vector3d moved = motion * point;
+      sightings[v].push_back({point, cameras[v].Project(point)});
+    }
+  }
+  return sightings;
+}
+
+CameraErrors MeasureCameraErrors(const Views& second, const Sightings& sightings,
+                                 const Similarity& motion) {
+  CHECK_EQ(second.size(), sightings.size());
+  CameraErrors errors;
+  errors.view_px.assign(sightings.size(), std::numeric_limits<double>::quiet_NaN());
+  errors.behind.assign(sightings.size(), 0);
+  double sum = 0;
+  for (size_t v = 0; v < sightings.size(); ++v) {
+    if (sightings[v].empty()) continue;
+    double squares = 0;
+    for (const Sighting& seen : sightings[v]) {
+      const Eigen::Vector3d moved = motion * seen.point;
       if (second[v].Depth(moved) > 0) {
-        squares += (second[v].Project(moved) - first[v].Project(point)).squaredNorm();
+        squares += (second[v].Project(moved) - seen.pixel).squaredNorm();
       } else {
         squares += Eigen::Vector2d(second[v].width, second[v].height).squaredNorm();
         ++errors.behind[v];
       }
     }
-    const double mean = squares / static_cast<double>(points[v].size());
+    const double mean = squares / static_cast<double>(sightings[v].size());
     errors.view_px[v] = std::sqrt(mean);
     sum += mean;
     ++errors.views;
@@ -179,30 +188,31 @@ CameraErrors MeasureCameraErrors(const Views& first, const Views& second, const 
   return errors;
 }
 
-bool FitCameraSimilarity(const Views& first, const Views& second, const Points& points,
+bool FitCameraSimilarity(const Views& first, const Views& second, const Sightings& sightings,
                          CameraSimilarity* fit, std::string* error) {
+  CHECK_EQ(first.size(), sightings.size());
   *fit = CameraSimilarity();
-  fit->errors = MeasureCameraErrors(first, second, points, fit->second_from_first);
+  fit->errors = MeasureCameraErrors(second, sightings, fit->second_from_first);
   size_t count = 0;
-  for (const std::vector<Eigen::Vector3d>& of_view : points) count += of_view.size();
+  for (const std::vector<Sighting>& of_view : sightings) count += of_view.size();
   if (count < 3) {
     *error = "camera similarity: " + std::to_string(count) + " surface points in " +
-             std::to_string(points.size()) + " views, at least 3 needed";
+             std::to_string(sightings.size()) + " views, at least 3 needed";
     return false;
   }
   const auto accept = [&](const Similarity& trial) {
-    CameraErrors errors = MeasureCameraErrors(first, second, points, trial);
+    CameraErrors errors = MeasureCameraErrors(second, sightings, trial);
     if (!(Energy(errors) < Energy(fit->errors))) return false;
     fit->second_from_first = trial;
     fit->errors = std::move(errors);
     return true;
   };
-  accept(Start(first, second, points));
+  accept(Start(first, second, sightings));
   while (fit->iterations < kMaxIterations) {
     const Similarity from = fit->second_from_first;
-    const Increments increments(points, from);
+    const Increments increments(sightings, from);
     double move_px = 0;
-    const Vector7 step = Step(first, second, points, from, increments, &move_px);
+    const Vector7 step = Step(second, sightings, from, increments, &move_px);
     if (move_px <= kNoStepPx) break;
     double share = 1;
     int halvings = 0;
@@ -213,8 +223,13 @@ bool FitCameraSimilarity(const Views& first, const Views& second, const Points& 
   // Products of many rotations drift from orthogonality by rounding.
   Similarity& motion = fit->second_from_first;
   motion.rotation = Eigen::Quaterniond(motion.rotation).normalized().toRotationMatrix();
-  fit->errors = MeasureCameraErrors(first, second, points, motion);
+  fit->errors = MeasureCameraErrors(second, sightings, motion);
   return true;
+}
+
+bool FitCameraSimilarity(const Views& first, const Views& second, const Points& points,
+                         CameraSimilarity* fit, std::string* error) {
+  return FitCameraSimilarity(first, second, SightingsOf(first, points), fit, error);
 }
 
 }  // namespace burin
