@@ -158,6 +158,9 @@ TEST(Tracks, LensesAreTakenOut) {
             undistortion({at.x * camera.fx + camera.cx, at.y * camera.fy + camera.cy});
         ASSERT_TRUE(back.has_value()) << x << " " << y;
         EXPECT_LT((*back - Eigen::Vector2d(x, y)).norm(), 1e-7);
+        const Eigen::Vector2d put = PhotographedAt(camera, lens, {x, y});
+        EXPECT_NEAR(put.x(), at.x * camera.fx + camera.cx, 1e-9);
+        EXPECT_NEAR(put.y(), at.y * camera.fy + camera.cy, 1e-9);
       }
     }
   }
@@ -172,6 +175,8 @@ TEST(Tracks, LensesAreTakenOut) {
   const PointUndistortion measured(camera, lens);
   EXPECT_NEAR(measured({160 + 300 * 0.5, 120})->x(), 160 + 300 * 0.5 * (1 - 0.9 * 0.25), 1e-9);
   EXPECT_FALSE(measured({160 + 300 * 0.62, 120}).has_value());
+  const Eigen::Vector2d there(160 + 300 * 0.3, 120 - 300 * 0.4);
+  EXPECT_LT((PhotographedAt(camera, lens, *measured(there)) - there).norm(), 1e-9);
 }
 
 }  // namespace

@@ -27,6 +27,7 @@ struct EvaluateCommand {
   std::string scene;
   std::string images;
   std::string depth;
+  std::string cameras;
   double depth_unit = 1;
   SilhouetteOptions silhouette;
   bool json = false;
@@ -34,13 +35,23 @@ struct EvaluateCommand {
   // What contradicts itself is reported before large files are read.
   void Check() const {
     options.scores.Thresholds();
+    if (!cameras.empty() && scene.empty()) {
+      throw InputError("--cameras: needs --scene, whose cameras are to be compared");
+    }
+    if (truth.empty()) {
+      const char* wanting = options.dtu.run       ? "dtu.run"
+                            : options.strecha.run ? "strecha.run"
+                            : !depth.empty()      ? "--depth"
+                                                  : nullptr;
+      if (wanting != nullptr) throw InputError(std::string(wanting) + ": needs --truth");
+    }
     if (options.strecha.run && scene.empty()) {
       throw InputError("strecha.run: needs the cameras of --scene");
     }
     if (!options.strecha.run && options.strecha.sigma > 0) {
       throw InputError("strecha.sigma: needs strecha.run");
     }
-    if (!options.strecha.run && scene.empty() != depth.empty()) {
+    if (!options.strecha.run && cameras.empty() && scene.empty() != depth.empty()) {
       throw InputError("--scene and --depth: both or neither, they belong together");
     }
   }
@@ -60,11 +71,8 @@ struct EvaluateCommand {
     return [rays, &views](int view) { return RenderDepth(*rays, views.views[view].camera); };
   }
 
-  void Run() const {
-    Check();
-    const DtuRegion region = ReadDtuRegion(options.dtu);
-    const TriangleMesh measured = ReadMesh(mesh);
-    const Truth loaded = ReadTruth(truth);
+  void Score(const TriangleMesh& measured, const Truth& loaded, const Scene& views,
+             const DtuRegion& region, std::string* report, nlohmann::json* document) const {
     if (!depth.empty() && loaded.IsMesh() && !options.strecha.run) {
       throw InputError(truth, "must be a point cloud to split by --scene and --depth");
     }
@@ -72,28 +80,49 @@ struct EvaluateCommand {
       throw InputError(truth,
                        "is a point cloud: strecha.run needs a mesh, or depth maps by --depth");
     }
-    Scene views;
     std::vector<cv::Mat1f> maps;
-    if (!scene.empty()) views = LoadScene({scene, images, {}}, /*with_images=*/false);
     if (!depth.empty()) maps = ReadDepthMaps(depth, views, depth_unit);
 
     const Evaluation scores =
         EvaluateMesh(measured, loaded, options.scores, BoundaryFlags(loaded, views, maps));
     const double unit = options.scores.unit;
     const TriangleMesh moved = Moved(measured, scores.truth_from_mesh);
-    std::string report = EvaluationReport(scores);
-    nlohmann::json document = ToJson(scores);
+    *report = EvaluationReport(scores);
+    *document = ToJson(scores);
     if (options.dtu.run) {
       const DtuEvaluation dtu =
           EvaluateDtu(moved, loaded, options.dtu, region, unit, options.scores.seed);
-      report += DtuReport(dtu, unit);
-      document["dtu"] = ToJson(dtu);
+      *report += DtuReport(dtu, unit);
+      (*document)["dtu"] = ToJson(dtu);
     }
     if (options.strecha.run) {
       const DepthEvaluation depths =
           EvaluateDepth(moved, views, DepthOf(loaded, views, maps), options.strecha.sigma * unit);
-      report += DepthReport(depths, unit);
-      document["strecha"] = ToJson(depths);
+      *report += DepthReport(depths, unit);
+      (*document)["strecha"] = ToJson(depths);
+    }
+  }
+
+  void Run() const {
+    Check();
+    const DtuRegion region = ReadDtuRegion(options.dtu);
+    const TriangleMesh measured = ReadMesh(mesh);
+    Scene views;
+    if (!scene.empty()) views = LoadScene({scene, images, {}}, /*with_images=*/false);
+    std::string report;
+    nlohmann::json document = nlohmann::json::object();
+    Truth loaded;
+    if (!truth.empty()) {
+      loaded = ReadTruth(truth);
+      Score(measured, loaded, views, region, &report, &document);
+    }
+    if (!cameras.empty()) {
+      const bool on_truth = !truth.empty() && loaded.IsMesh();
+      const CameraEvaluation errors =
+          EvaluateCameras(views, LoadScene({cameras, images, {}}, /*with_images=*/false),
+                          on_truth ? loaded.mesh : measured, on_truth);
+      report += CameraReport(errors, options.scores.unit);
+      document["cameras"] = ToJson(errors);
     }
     std::cout << (json ? JsonText(document) : report);
   }
@@ -106,14 +135,17 @@ void AddEvaluateCommand(Program* program) {
   const auto state = std::make_shared<EvaluateCommand>();
   state->options.Describe(&state->set);
   command.Text("--mesh", "FILE (required)", &state->mesh, "PLY, OBJ or OFF").Required();
-  command
-      .Text("--truth", "FILE (required)", &state->truth,
-            "mesh, or PLY point cloud, best with normals")
-      .Required();
-  command.Text("--scene", "SCENE", &state->scene,
-               "scene, as burin refine reads it, in the truth's frame: for --strecha.run; with "
-               "--depth and a "
-               "cloud, completeness also near occlusion boundaries and in the rest");
+  const Argument truth = command.Text("--truth", "FILE (required, but for --cameras)",
+                                      &state->truth, "mesh, or PLY point cloud, best with normals");
+  command.Text(
+      "--scene", "SCENE", &state->scene,
+      "scene, as burin refine reads it: for --cameras, in the mesh's frame; for --strecha.run, in "
+      "the truth's; with --depth and a cloud, in the truth's too, completeness also near "
+      "occlusion boundaries and in the rest");
+  command.Text(
+      "--cameras", "SCENE", &state->cameras,
+      "true cameras of the same photographs, any scene that burin reads: errors of those of "
+      "--scene in pixels, after a similarity, on the truth where it is a mesh, else on the mesh");
   command.Text("--images", "DIR", &state->images,
                "folder of the scene's photographs, where it is not its own");
   command.Text(
@@ -127,7 +159,10 @@ void AddEvaluateCommand(Program* program) {
       .Positive();
   command.Flag("--json", &state->json, "print JSON");
   command.Options(&state->set, {}, [state] { state->options.scores.Thresholds(); });
-  command.OnRun([state] { state->Run(); });
+  command.OnRun([state, truth] {
+    if (state->cameras.empty() && !truth.Given()) truth.ThrowMissing();
+    state->Run();
+  });
 }
 
 }  // namespace burin

@@ -38,6 +38,16 @@ nlohmann::json StatisticsJson(const DistanceStatistics& statistics, double reach
           {"max_distance", reach}};
 }
 
+// Of scale * rotation | translation.
+nlohmann::json RowsOf(const Similarity& motion) {
+  nlohmann::json rows = nlohmann::json::array();
+  for (int r = 0; r < 3; ++r) {
+    rows.push_back({motion.scale * motion.rotation(r, 0), motion.scale * motion.rotation(r, 1),
+                    motion.scale * motion.rotation(r, 2), motion.translation[r]});
+  }
+  return rows;
+}
+
 }  // namespace
 
 std::string EvaluationReport(const Evaluation& evaluation) {
@@ -138,6 +148,34 @@ std::string DepthReport(const DepthEvaluation& evaluation, double unit) {
   return report;
 }
 
+std::string CameraReport(const CameraEvaluation& evaluation, double unit) {
+  std::string report = Format(
+      "\ncameras against the true ones, on surface points of the %s; RMS in pixels after a "
+      "similarity "
+      "(scale %.8g)\n",
+      evaluation.on_truth ? "truth" : "mesh", evaluation.truth_from_scene.scale);
+  report += Format("\n%-30s %10s %10s %10s %12s\n", "view", "error px", "centre", "deg", "points");
+  for (const ViewCameraErrors& view : evaluation.views) {
+    report += Format("%-30.200s ", view.name.c_str());
+    report += view.points > 0 ? Format("%10.4g", view.px) : Format("%10s", "-");
+    report +=
+        Format(" %10.4g %10.4g %12d", view.center_distance / unit, view.angle_deg, view.points);
+    report += view.behind > 0 ? Format(", %d behind\n", view.behind) : "\n";
+  }
+  const ViewCameraErrors& worst = evaluation.views[evaluation.worst];
+  report += Format("%-30s %10.4g   worst: %.200s, %.4g\n", "all", evaluation.rms_px,
+                   worst.name.c_str(), worst.px);
+  const auto list = [&report](const char* head, const std::vector<std::string>& names) {
+    if (names.empty()) return;
+    report += head;
+    for (size_t k = 0; k < names.size(); ++k) report += (k == 0 ? "" : ", ") + names[k];
+    report += "\n";
+  };
+  list("only in the scene: ", evaluation.only_in_scene);
+  list("only in the true model: ", evaluation.only_in_truth);
+  return report;
+}
+
 nlohmann::json ToJson(const DtuEvaluation& evaluation) {
   nlohmann::json overall;  // null when one side has no point within the cap
   if (const std::optional<double> mean = evaluation.Overall()) overall = *mean;
@@ -177,6 +215,29 @@ nlohmann::json ToJson(const DepthEvaluation& evaluation) {
   return json;
 }
 
+nlohmann::json ToJson(const CameraEvaluation& evaluation) {
+  nlohmann::json views = nlohmann::json::array();
+  for (const ViewCameraErrors& view : evaluation.views) {
+    nlohmann::json px;  // null without points
+    if (view.points > 0) px = view.px;
+    views.push_back({{"name", view.name},
+                     {"px", px},
+                     {"points", view.points},
+                     {"behind", view.behind},
+                     {"center_distance", view.center_distance},
+                     {"angle_deg", view.angle_deg}});
+  }
+  return {{"surface", evaluation.on_truth ? "truth" : "mesh"},
+          {"rms_px", evaluation.rms_px},
+          {"views_with_points", evaluation.views_with_points},
+          {"worst", evaluation.views[evaluation.worst].name},
+          {"views", views},
+          {"only_in_scene", evaluation.only_in_scene},
+          {"only_in_truth", evaluation.only_in_truth},
+          {"scale", evaluation.truth_from_scene.scale},
+          {"truth_from_scene", RowsOf(evaluation.truth_from_scene)}};
+}
+
 nlohmann::json ToJson(const Evaluation& evaluation) {
   nlohmann::json scores = nlohmann::json::array();
   for (const ThresholdScore& score : evaluation.scores) {
@@ -188,13 +249,8 @@ nlohmann::json ToJson(const Evaluation& evaluation) {
   nlohmann::json alignment;  // null without one
   if (evaluation.align != AlignmentKind::kNone) {
     const Similarity& motion = evaluation.truth_from_mesh;
-    nlohmann::json rows = nlohmann::json::array();  // of scale * rotation | translation
-    for (int r = 0; r < 3; ++r) {
-      rows.push_back({motion.scale * motion.rotation(r, 0), motion.scale * motion.rotation(r, 1),
-                      motion.scale * motion.rotation(r, 2), motion.translation[r]});
-    }
     alignment = {{"kind", NameOf(evaluation.align)},
-                 {"truth_from_mesh", rows},
+                 {"truth_from_mesh", RowsOf(motion)},
                  {"scale", motion.scale},
                  {"angle_deg", motion.AngleDeg()},
                  {"shift_at_centre", evaluation.fit_shift},

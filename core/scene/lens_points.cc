@@ -40,7 +40,34 @@ Eigen::Vector2d Solve(const Lens& lens, const Eigen::Vector2d& photographed) {
   return point;
 }
 
+// r' (1 + k r'^2) = r for Lens::measured, by Newton's method from r.
+Eigen::Vector2d Unmeasured(double k, const Eigen::Vector2d& point) {
+  const double r = point.norm();
+  if (r == 0) return point;
+  double photographed = r;
+  for (int step = 0; step < kMostSteps; ++step) {
+    const double slope = 1 + 3 * k * photographed * photographed;
+    if (slope <= 0) break;  // beyond where the lens folds back
+    const double change = (photographed * (1 + k * photographed * photographed) - r) / slope;
+    photographed -= change;
+    if (!(std::abs(change) > kConverged)) break;
+  }
+  return point * (photographed / r);
+}
+
 }  // namespace
+
+Eigen::Vector2d PhotographedAt(const Camera& camera, const Lens& lens,
+                               const Eigen::Vector2d& undistorted) {
+  if (lens.IsNone()) return undistorted;
+  const Eigen::Array2d focal(camera.fx, camera.fy);
+  const Eigen::Array2d center(camera.cx, camera.cy);
+  const Eigen::Vector2d point = (undistorted.array() - center) / focal;
+  Eigen::Matrix2d jacobian;
+  const Eigen::Vector2d photographed =
+      lens.measured != 0 ? Unmeasured(lens.measured, point) : Photographed(lens, point, &jacobian);
+  return photographed.array() * focal + center;
+}
 
 PointUndistortion::PointUndistortion(const Camera& camera, const Lens& lens)
     : camera_(camera), lens_(lens), fold_radius_(FoldRadius(lens, 2 * CornerRadius(camera))) {}

@@ -1,4 +1,4 @@
-// Takes lens distortion out of single image points.
+// Puts lens distortion into single image points, and takes it out.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,6 +9,12 @@
 
 namespace burin {
 
+// Where the lens photographs what `camera` sees at `undistorted` (pixels both); meaningful up to the radius at which
+// the lens folds back only.
+Eigen::Vector2d PhotographedAt(const Camera& camera, const Lens& lens,
+                               const Eigen::Vector2d& undistorted);
+
+// The other way round.
 class PointUndistortion {
  public:
   PointUndistortion(const Camera& camera, const Lens& lens);
