@@ -15,6 +15,7 @@
 #include "apps/commands/command.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/refine_texts.h"
+#include "apps/run/cameras_output.h"
 #include "apps/run/checkpoint.h"
 #include "apps/run/debug_images.h"
 #include "apps/run/free_space_output.h"
@@ -258,6 +259,10 @@ void RefineCommand::Run() {
   PipelineParts parts;
   parts.selection = &selection;
   parts.start = start.has_value() ? &*start : nullptr;
+  parts.on_cameras = [&](const TrackStep& step) {
+    for (const std::string& line : TrackStepText(step, scene)) progress.Line(line);
+    checkpoint.cameras = JsonText(TrackStepJson(step, scene));
+  };
   parts.on_free_space = [&](const FreeSpace& free_space) {
     progress.Line(FreeSpaceText(free_space, options.surface.free_space == FreeSpaceAction::kCut
                                                 ? "they are cut away"
@@ -316,6 +321,12 @@ void RefineCommand::Run() {
   WriteTextAtomically(folder / "trace.csv", TraceCsv(checkpoint.events));
   WriteTextAtomically(folder / "config.toml", ConfigText(set));
   if (pictures) WritePictures(folder, scene, mesh, result.mesh);
+  inputs.cameras = checkpoint.cameras;
+  inputs.used = &scene;
+  if (options.cameras.refine != CameraUnknowns::kNone) {
+    const std::string line = WriteCameras(scene, result.refinement.cameras, folder / "cameras");
+    if (!line.empty()) std::cout << line << "\n";
+  }
   nlohmann::ordered_json summary = SummaryJson(inputs, options, result, watch.Seconds());
   const int caught = signals.Caught();
   summary["complete"] = caught == 0;

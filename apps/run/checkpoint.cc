@@ -29,7 +29,7 @@ namespace {
 using nlohmann::json;
 
 // Raise it whenever the content of the file changes: a program reads checkpoints of its own version only.
-constexpr int kVersion = 6;
+constexpr int kVersion = 7;
 
 std::string Hexadecimal(uint64_t number) {
   char text[24];
@@ -84,6 +84,7 @@ void WriteCheckpoint(const std::filesystem::path& path, const Checkpoint& checkp
                {"events", checkpoint.events}};
   if (!checkpoint.left_out.empty()) body["left_out"] = checkpoint.left_out;
   if (!checkpoint.verdict.empty()) body["verdict"] = checkpoint.verdict;
+  if (!checkpoint.cameras.empty()) body["cameras"] = checkpoint.cameras;
   if (checkpoint.state) body["state"] = json::binary(StateBytes(*checkpoint.state));
   std::vector<uint8_t> body_bytes = json::to_cbor(body);
   const json file = {{"burin_checkpoint", kVersion},
@@ -117,6 +118,7 @@ Checkpoint ReadCheckpoint(const std::filesystem::path& path) {
     body.at("level_meshes").get_to(checkpoint.level_meshes);
     if (body.contains("left_out")) body["left_out"].get_to(checkpoint.left_out);
     if (body.contains("verdict")) body["verdict"].get_to(checkpoint.verdict);
+    if (body.contains("cameras")) body["cameras"].get_to(checkpoint.cameras);
     body.at("pairs").get_to(checkpoint.pairs);
     body.at("events").get_to(checkpoint.events);
     if (body.contains("state")) checkpoint.state = StateFromBytes(body["state"].get_binary());

@@ -27,6 +27,7 @@ struct Checkpoint {
   std::vector<std::string> left_out;     // views by name (scene.misfit)
   std::string verdict;                   // as summary.json has it; empty = not judged
   std::vector<CameraPair> pairs;         // of the views that are left
+  std::string cameras;                   // TrackStepJson; empty = cameras are not refined
   std::vector<RefinementEvent> events;   // the trace so far
   std::optional<RefinementState> state;  // after the last finished round; none before the first
 };

@@ -83,19 +83,23 @@ void Compare(const Scene& scene, const TriangleMesh& input, const PairSelection&
   small.count = 1 + kHalvings;
   const ViewLevels levels(scene, input, small);
   for (int at = levels.Coarsest(selection.pairs, selection.held_back); at >= level.finest; --at) {
-    std::vector<LevelView> views =
-        MakeLevelViews(scene, levels.At(at), world.origin, 1 / world.footprint);
-    PhotometricEnergy photometric(photo, squares);
-    const std::vector<CameraPair> used_here = TakingPart(used, views);
-    const std::vector<CameraPair> held_back_here = TakingPart(selection.held_back, views);
-    const HeldBack held_back{std::move(views), used_here, held_back_here,
-                             level.border_px,  at,        end.context->boundary,
-                             &photometric};
-    photometric.BeginLevel(held_back.views);
-    const Camera& name = NamesLevel(held_back.views).camera;
-    figures->width = name.width;
-    figures->height = name.height;
-    figures->held_back = CompareScores(held_back.ScoresOf(start), held_back.ScoresOf(*end.mesh));
+    const auto scores = [&](const std::vector<Camera>& cameras, const TriangleMesh& mesh) {
+      std::vector<LevelView> views =
+          MakeLevelViews(scene, cameras, levels.At(at), world.origin, 1 / world.footprint);
+      PhotometricEnergy photometric(photo, squares);
+      const std::vector<CameraPair> used_here = TakingPart(used, views);
+      const std::vector<CameraPair> held_back_here = TakingPart(selection.held_back, views);
+      const HeldBack held_back{std::move(views), used_here, held_back_here,
+                               level.border_px,  at,        end.context->boundary,
+                               &photometric};
+      photometric.BeginLevel(held_back.views);
+      const Camera& name = NamesLevel(held_back.views).camera;
+      figures->width = name.width;
+      figures->height = name.height;
+      return held_back.ScoresOf(mesh);
+    };
+    const std::vector<FacetScore> before = scores(CamerasOf(scene), start);
+    figures->held_back = CompareScores(before, scores(*end.cameras, *end.mesh));
     if (figures->held_back->Known()) break;
   }
 }

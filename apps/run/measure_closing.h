@@ -14,7 +14,7 @@ namespace burin {
 
 // Input surface and refined mesh are both seen anew, cut into the same facets, on images of a quarter of the finest
 // level's size; on larger ones where these are too small for level.min_side_px, or show too little to be judged by.
-// They are compared by the pairs held back or, where there are none, by squares (HeldBackSquares) of one pair of
+// Each is seen by the cameras that it had: the scene's, the refined ones. They are compared by the pairs held back or, where there are none, by squares (HeldBackSquares) of one pair of
 // every reference view, when the refinement left these squares out.
 //
 // Against the evidence are vertices around which enough windows count, and the photographs agree no better in them

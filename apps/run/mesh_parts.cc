@@ -15,12 +15,6 @@ namespace {
 
 constexpr size_t kListed = 8;  // in summary.json
 
-std::vector<Camera> CamerasOf(const Scene& scene) {
-  std::vector<Camera> cameras;
-  for (const View& view : scene.views) cameras.push_back(view.camera);
-  return cameras;
-}
-
 // "; ..." where it would be seen with other axes; without photographs nobody can tell.
 std::string OtherAxes(const Scene& scene, const TriangleMesh& mesh) {
   if (scene.views.empty() || scene.views[0].gray.empty()) return "";

@@ -56,6 +56,7 @@ void PipelineOptions::Describe(OptionSet* set) {
   refinement.Describe(set);
   verdict.Describe(set);
   surface.Describe(set);
+  cameras.Describe(set);
   memory.Describe(set);
   DescribeThreads(&threads, set);
 }
@@ -141,11 +142,23 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
   result.selection =
       parts.selection != nullptr ? *parts.selection : SelectPairs(scene, mesh, checked.pairs);
   result.selection_seconds = watch.Seconds();
+  RefinementParts refinement;
+  if (checked.cameras.refine != CameraUnknowns::kNone) {
+    if (parts.start != nullptr) {
+      refinement.cameras = parts.start->summary.first_cameras;
+    } else {
+      result.by_tracks = RefineByTracks(scene, mesh, result.selection.pairs);
+      refinement.cameras = result.by_tracks->cameras;
+      if (parts.on_cameras) parts.on_cameras(*result.by_tracks);
+    }
+  }
   TriangleMesh without;  // patches in free space
   const TriangleMesh* refined = &mesh;
   if (checked.surface.free_space != FreeSpaceAction::kKeep) {
     const Stopwatch free_space_watch;
-    result.free_space = FindFreeSpace(scene, mesh, result.selection.pairs);
+    result.free_space =
+        FindFreeSpace(refinement.cameras.empty() ? scene : WithCameras(scene, refinement.cameras),
+                      mesh, result.selection.pairs);
     result.free_space_seconds = free_space_watch.Seconds();
     if (!result.free_space.patches.empty()) {
       if (parts.on_free_space) parts.on_free_space(result.free_space);
@@ -158,7 +171,6 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
   PhotometricEnergy photometric(checked.photo, /*hold_back_squares=*/judged && held_back.empty());
   SmoothnessEnergy smoothness(checked.smooth);
   HeldBackJudge judge(held_back, &photometric);
-  RefinementParts refinement;
   refinement.terms = {&photometric, &smoothness};
   refinement.terms.insert(refinement.terms.end(), parts.more_terms.begin(), parts.more_terms.end());
   refinement.judge = judged ? &judge : parts.judge;

@@ -9,6 +9,8 @@
 
 #include "apps/run/closing.h"
 #include "apps/run/mesh_parts.h"
+#include "core/cameras/cameras_options.h"
+#include "core/cameras/track_step.h"
 #include "core/evidence/free_space.h"
 #include "core/mesh/mesh.h"
 #include "core/mesh/mesh_io.h"
@@ -81,6 +83,7 @@ struct PipelineOptions {
   RefinementOptions refinement;
   VerdictOptions verdict;
   SurfaceOptions surface;
+  CamerasOptions cameras;
   MemoryOptions memory;
   int threads = 0;  // 0 = all cores
   void Describe(OptionSet* set);
@@ -96,6 +99,8 @@ struct PipelineResult {
       quality;  // of `mesh`, as docs/options.md names them; empty if not asked for
   std::optional<ClosingFigures> closing;  // likewise
   std::vector<char> seen_with_part;       // likewise, by vertex of the mesh given: see SeenWithPart
+  // The first step of refining cameras; none with cameras.refine none, and in a run that goes on.
+  std::optional<TrackStep> by_tracks;
   FreeSpace free_space;  // of the mesh given; no patches with surface.free_space keep
   double selection_seconds = 0;
   double free_space_seconds = 0;
@@ -109,6 +114,7 @@ struct PipelineParts {
   std::vector<EnergyTerm*> more_terms;       // added to the energy
   LevelJudge* judge = nullptr;               // in place of the one that guard.levels asks for
   std::function<RoundTrial(const FrozenRound&)> solve_round;  // see RefinementParts
+  std::function<void(const TrackStep&)> on_cameras;           // before refining
   std::function<void(const FreeSpace&)> on_free_space;  // before refining, where there is some
   bool measure_quality = true;                          // fill PipelineResult::quality and closing
 };

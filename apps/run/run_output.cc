@@ -10,6 +10,7 @@
 #include <opencv2/core/version.hpp>
 #include <sstream>
 
+#include "apps/run/cameras_output.h"
 #include "apps/run/free_space_output.h"
 #include "core/scene/doubts.h"
 #include "core/support/fixed_text.h"
@@ -119,6 +120,11 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
   json["parts"] = PartsJson(inputs.parts);
   json["verdict"] = inputs.verdict.empty() ? nlohmann::ordered_json()
                                            : nlohmann::ordered_json::parse(inputs.verdict);
+  if (!inputs.cameras.empty()) {
+    const Scene& used = inputs.used != nullptr ? *inputs.used : *inputs.scene;
+    json["cameras"] = {{"tracks", nlohmann::ordered_json::parse(inputs.cameras)},
+                       {"sparse_points", SparsePointsJson(used, result.refinement.cameras)}};
+  }
   json["closing"] = result.closing.has_value() ? ClosingJson(*result.closing) : nullptr;
   json["free_space"] = FreeSpaceJson(result.free_space);
   json["output"] = {{"vertices", result.mesh.vertices.size()},

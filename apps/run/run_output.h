@@ -33,6 +33,8 @@ struct RunInputs {
   MemoryCheck memory;   // made before the run
   std::string verdict;  // JSON; empty = not judged
   double verdict_seconds = 0;
+  std::string cameras;          // TrackStepJson; empty = cameras are not refined
+  const Scene* used = nullptr;  // the scene without views that were left out; null = `scene`
 };
 
 // Which parts of the mesh took none in the refinement: marks them, and counts them in the closing figures.

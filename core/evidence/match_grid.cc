@@ -83,6 +83,12 @@ GridPeak PeakOf(const GridScores& scores) {
   peak.row = row - kMatchAcross;
   peak.along = column - kMatchAlong;
   peak.across = peak.row;
+  for (int b = 0; b < kGridRows; ++b) {
+    for (int a = 0; a < kGridColumns; ++a) {
+      if (std::abs(a - column) <= kPeakReach && std::abs(b - row) <= kPeakReach) continue;
+      peak.second = std::max(peak.second, scores[b][a]);
+    }
+  }
   peak.inside = row > 0 && column > 0 && row < kGridRows - 1 && column < kGridColumns - 1;
   if (!peak.inside) return peak;
   const auto at = [&](int a, int b) -> double { return scores[row + b][column + a]; };

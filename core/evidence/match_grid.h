@@ -14,6 +14,7 @@ namespace burin {
 constexpr int kWindowRadius = 5;
 constexpr int kWindowSide = 2 * kWindowRadius + 1;
 constexpr int kGridRows = 2 * kMatchAcross + 1;
+constexpr int kPeakReach = 3;  // a peak's own slopes
 constexpr int kGridColumns = 2 * kMatchAlong + 1;
 
 // An image point and the steps, in pixels, to its neighbours on the grid.
@@ -29,6 +30,7 @@ using GridScores = std::array<std::array<float, kGridColumns>, kGridRows>;
 
 struct GridPeak {
   float score = 0;
+  float second = 0;  // best score more than kPeakReach from it along or across
   int row = 0;       // from the middle
   double along = 0;  // of the paraboloid through the neighbours, from the middle
   double across = 0;

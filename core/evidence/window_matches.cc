@@ -40,8 +40,9 @@ class PairMatcher {
         facing_(facing),
         least_cosine_(least_cosine) {}
 
-  std::vector<WindowMatch> Match(std::vector<WindowPlace> places, size_t most) const {
-    KeepVisible(&places);
+  std::vector<WindowMatch> Match(const std::vector<WindowPlace>& all, size_t most) const {
+    std::vector<WindowPlace> places;
+    for (const int k : PlacesSeenFrom(rays_, j_, facing_, all)) places.push_back(all[k]);
     std::sort(places.begin(), places.end(), [](const WindowPlace& a, const WindowPlace& b) {
       return a.order < b.order || (a.order == b.order && a.facet < b.facet);
     });
@@ -54,27 +55,6 @@ class PairMatcher {
   }
 
  private:
-  void KeepVisible(std::vector<WindowPlace>* places) const {
-    const auto outside = [&](const WindowPlace& place) {
-      return j_.camera.Depth(place.point) <= 0 || !j_.MayHoldWindow(j_.camera.Project(place.point));
-    };
-    places->erase(std::remove_if(places->begin(), places->end(), outside), places->end());
-    std::vector<Eigen::Vector3d> points;
-    std::vector<int> facets;
-    for (const WindowPlace& place : *places) {
-      points.push_back(place.point);
-      facets.push_back(place.facet);
-    }
-    std::vector<uint8_t> visible(points.size());
-    rays_.CastToCamera(j_.camera, facing_, points.data(), facets.data(),
-                       static_cast<int>(points.size()), visible.data());
-    size_t kept = 0;
-    for (size_t k = 0; k < places->size(); ++k) {
-      if (visible[k] != 0) (*places)[kept++] = (*places)[k];
-    }
-    places->resize(kept);
-  }
-
   std::optional<WindowMatch> MatchAt(const WindowPlace& place) const {
     const Eigen::Vector3d normal = FaceAreaNormal(rays_.mesh(), place.facet).normalized();
     const std::optional<WarpedWindow> warped =

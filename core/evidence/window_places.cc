@@ -104,6 +104,32 @@ std::vector<WindowPlace> PlacesOf(const TriangleMesh& mesh, const SmallView& vie
   return places;
 }
 
+std::vector<int> PlacesSeenFrom(const FacetRays& rays, const SmallView& j,
+                                const std::vector<uint8_t>& facing,
+                                const std::vector<WindowPlace>& places) {
+  std::vector<int> seen;
+  std::vector<Eigen::Vector3d> points;
+  std::vector<int> facets;
+  for (size_t k = 0; k < places.size(); ++k) {
+    const WindowPlace& place = places[k];
+    if (j.camera.Depth(place.point) <= 0 || !j.MayHoldWindow(j.camera.Project(place.point))) {
+      continue;
+    }
+    seen.push_back(static_cast<int>(k));
+    points.push_back(place.point);
+    facets.push_back(place.facet);
+  }
+  std::vector<uint8_t> visible(points.size());
+  rays.CastToCamera(j.camera, facing, points.data(), facets.data(), static_cast<int>(points.size()),
+                    visible.data());
+  size_t kept = 0;
+  for (size_t k = 0; k < seen.size(); ++k) {
+    if (visible[k] != 0) seen[kept++] = seen[k];
+  }
+  seen.resize(kept);
+  return seen;
+}
+
 std::vector<CameraPair> FirstPartners(const Scene& scene, const std::vector<CameraPair>& pairs) {
   std::vector<int> partners(scene.views.size(), 0);
   const auto large_enough = [&](int view) {

@@ -12,6 +12,7 @@
 #include "core/mesh/mesh.h"
 #include "core/scene/pairs.h"
 #include "core/scene/scene.h"
+#include "core/visibility/facet_rays.h"
 
 namespace burin {
 
@@ -47,6 +48,12 @@ std::vector<WindowPlace> PlacesOf(const TriangleMesh& mesh, const SmallView& vie
 // The first four partners that `pairs` gives each view, in their order; photographs with less than
 // kLeastSidePx take no part.
 std::vector<CameraPair> FirstPartners(const Scene& scene, const std::vector<CameraPair>& pairs);
+
+// Those of `places` that view j has inside, unmasked and not hidden by the mesh, by their index. `facing`:
+// FacingFacets() of j's centre.
+std::vector<int> PlacesSeenFrom(const FacetRays& rays, const SmallView& j,
+                                const std::vector<uint8_t>& facing,
+                                const std::vector<WindowPlace>& places);
 
 // A window's samples in i, and in j through a plane: axes along and across the epipolar line.
 struct WarpedWindow {

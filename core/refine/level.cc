@@ -33,13 +33,13 @@ bool IsFirst(const std::vector<LevelSummary>& levels, int level) {
 
 }  // namespace
 
-Level::Level(const RefinementTask& task, int level)
+Level::Level(const RefinementTask& task, int level, const std::vector<Camera>& cameras)
     : task_(task), level_(level), solver_(task.options.solver) {
   if (level > task.options.level.finest) {
     solver_.function_tolerance = task.options.level.coarse_tolerance;
   }
   const Stopwatch watch;
-  views_ = MakeLevelViews(task.scene, task.view_levels.At(level), task.world.origin,
+  views_ = MakeLevelViews(task.scene, cameras, task.view_levels.At(level), task.world.origin,
                           1 / task.world.footprint);
   for (EnergyTerm* term : task.parts.terms) term->BeginLevel(views_);
   image_seconds_ = watch.Seconds();
@@ -327,6 +327,7 @@ void Level::ShowEnd(RefinementState* state) {
   }
   RefinementEnd end;
   end.level = level_;
+  end.cameras = &state->summary.cameras;
   end.context = &frozen_->context;
   end.terms = &*frozen_->terms;
   end.mesh = &mesh_;

@@ -36,8 +36,8 @@ struct RefinementTask {
 
 class Level {
  public:
-  // Makes the views of level `level` and tells the terms.
-  Level(const RefinementTask& task, int level);
+  // Makes the views of level `level` with these cameras and tells the terms.
+  Level(const RefinementTask& task, int level, const std::vector<Camera>& cameras);
 
   // Runs the rounds that `state`, which is on this level, has before it and judges the level. Ends early
   // when an observer stops the run (progress->stopped()); what was done of the level is judged then. Ends

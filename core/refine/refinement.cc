@@ -31,6 +31,8 @@ RefinementState FirstState(const RefinementTask& task, const TriangleMesh& input
   state.input_position = state.mesh.vertices;
   state.was_supported.assign(input.vertices.size(), 0);
   state.summary.footprint = task.world.footprint;
+  state.summary.cameras = task.parts.cameras.empty() ? CamerasOf(task.scene) : task.parts.cameras;
+  state.summary.first_cameras = state.summary.cameras;
   return state;
 }
 
@@ -61,7 +63,7 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
   while (state.level >= options.level.finest && !progress.stopped()) {
     level.reset();
     ReturnFreeMemory();
-    level = std::make_unique<Level>(task, state.level);
+    level = std::make_unique<Level>(task, state.level, state.summary.cameras);
     level->Run(&state, &progress);
     if (progress.stopped() || --state.level < options.level.finest) break;
     state.round = 0;
@@ -75,7 +77,8 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
         "no camera pair sees a common part of the mesh at any level: every facet is out of view, "
         "hidden, masked, seen from behind or too small for a window");
   }
-  if (level == nullptr) level = std::make_unique<Level>(task, options.level.finest);
+  if (level == nullptr)
+    level = std::make_unique<Level>(task, options.level.finest, state.summary.cameras);
   level->ShowEnd(&state);
   *summary = std::move(state.summary);
   return task.world.ToWorld(std::move(state.mesh));

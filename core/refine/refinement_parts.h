@@ -16,6 +16,8 @@ namespace burin {
 // What decides the result. Nothing is owned.
 struct RefinementParts {
   std::vector<EnergyTerm*> terms;
+  // Of the scene's views, to start with; empty: as the scene has them.
+  std::vector<Camera> cameras;
   // Decides after every level; null: every level stands.
   LevelJudge* judge = nullptr;
   // Solves a round in place of options.solver.type; the refinement goes on with what it returns. It may
@@ -36,10 +38,11 @@ struct RefinementEvent {
 // of it (the level was undone).
 struct RefinementEnd {
   const RoundContext* context = nullptr;
-  const TermRounds* terms = nullptr;            // in that round
-  int level = 0;                                // of the pyramid, the context's
-  const TriangleMesh* mesh = nullptr;           // normalised world, in the context's order
-  std::vector<Eigen::Vector3d> input_position;  // where on the input its vertices lay
+  const TermRounds* terms = nullptr;             // in that round
+  int level = 0;                                 // of the pyramid, the context's
+  const std::vector<Camera>* cameras = nullptr;  // of the scene's views, caller's world
+  const TriangleMesh* mesh = nullptr;            // normalised world, in the context's order
+  std::vector<Eigen::Vector3d> input_position;   // where on the input its vertices lay
   std::vector<int> index;  // in the mesh that Refine() returns, of every vertex
 };
 

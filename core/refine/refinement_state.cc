@@ -32,7 +32,24 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LevelSummary, level, width, height, views, vi
                                    vertices, faces, reached_bound, subdivide_seconds, image_seconds,
                                    held_back, left_out, undone, undone_vertices, crossing_facets,
                                    back_faces, interrupted, rounds)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RefinementSummary, footprint, levels, seconds)
+
+// Every bit of it.
+void to_json(nlohmann::json& json, const Camera& camera) {  // NOLINT: nlohmann's name
+  json = {camera.width, camera.height, camera.fx,        camera.fy,
+          camera.cx,    camera.cy,     camera.near_depth};
+  for (const double number : camera.rotation.reshaped()) json.push_back(number);
+  for (const double number : camera.translation) json.push_back(number);
+}
+void from_json(const nlohmann::json& json, Camera& camera) {  // NOLINT: nlohmann's name
+  json.at(0).get_to(camera.width);
+  json.at(1).get_to(camera.height);
+  double* const numbers[] = {&camera.fx, &camera.fy, &camera.cx, &camera.cy, &camera.near_depth};
+  for (size_t k = 0; k < 5; ++k) json.at(2 + k).get_to(*numbers[k]);
+  for (size_t k = 0; k < 9; ++k) json.at(7 + k).get_to(camera.rotation.data()[k]);
+  for (size_t k = 0; k < 3; ++k) json.at(16 + k).get_to(camera.translation[static_cast<int>(k)]);
+}
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RefinementSummary, footprint, first_cameras, cameras, levels,
+                                   seconds)
 
 namespace {
 

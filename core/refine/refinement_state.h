@@ -11,6 +11,7 @@
 #include "core/mesh/mesh_order.h"
 #include "core/refine/crossing_guard.h"
 #include "core/refine/local_guard.h"
+#include "core/scene/camera.h"
 #include "core/solve/solver_strategy.h"
 
 namespace burin {
@@ -68,6 +69,9 @@ struct LevelSummary {
 
 struct RefinementSummary {
   double footprint = 0;  // world units per normalised unit
+  // Of the scene's views, caller's world: as the refinement began, and as they are now.
+  std::vector<Camera> first_cameras;
+  std::vector<Camera> cameras;
   std::vector<LevelSummary> levels;
   double seconds = 0;
 };

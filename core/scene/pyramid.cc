@@ -60,7 +60,8 @@ void ApplyMask(const cv::Mat& mask, LevelView* view) {
 
 }  // namespace
 
-std::vector<LevelView> MakeLevelViews(const Scene& scene, const std::vector<ViewAtLevel>& level,
+std::vector<LevelView> MakeLevelViews(const Scene& scene, const std::vector<Camera>& cameras,
+                                      const std::vector<ViewAtLevel>& level,
                                       const Eigen::Vector3d& origin, double scale) {
   std::vector<LevelView> views(scene.views.size());
   std::vector<GreySample> greys(views.size());
@@ -74,7 +75,7 @@ std::vector<LevelView> MakeLevelViews(const Scene& scene, const std::vector<View
         return std::max(std::min(full, kSmallestSide),
                         static_cast<int>(std::lround(full * shrink)));
       };
-      const cv::Size size(side(source.camera.width), side(source.camera.height));
+      const cv::Size size(side(cameras[i].width), side(cameras[i].height));
       cv::Mat1f full;
       source.gray.convertTo(full, CV_32F);
       greys[i] = SampleGreys(full, source.mask);
@@ -90,7 +91,7 @@ std::vector<LevelView> MakeLevelViews(const Scene& scene, const std::vector<View
             reduced, source.mask.empty() ? cv::Mat() : WholePixels(source.mask, size));
       }
       if (!source.mask.empty()) ApplyMask(source.mask, &view);
-      view.camera = source.camera.Resized(size.width, size.height).InScaledWorld(origin, scale);
+      view.camera = cameras[i].Resized(size.width, size.height).InScaledWorld(origin, scale);
     }
   });
   const double contrast = Contrast(greys);
@@ -100,8 +101,8 @@ std::vector<LevelView> MakeLevelViews(const Scene& scene, const std::vector<View
 
 std::vector<LevelView> MakeLevelViews(const Scene& scene, int level, const Eigen::Vector3d& origin,
                                       double scale) {
-  return MakeLevelViews(scene, std::vector<ViewAtLevel>(scene.views.size(), {level}), origin,
-                        scale);
+  return MakeLevelViews(scene, CamerasOf(scene),
+                        std::vector<ViewAtLevel>(scene.views.size(), {level}), origin, scale);
 }
 
 const LevelView& NamesLevel(const std::vector<LevelView>& views) {

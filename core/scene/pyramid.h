@@ -41,7 +41,9 @@ struct LevelView {
 // used when the mask allows every pixel that it is made of, and those around them. Pixels of a level
 // that are made of masked ones hold their surroundings carried on instead of what was photographed:
 // a masked pixel's grey level has no weight at all in a spline's sample, nor in contrast and noise.
-std::vector<LevelView> MakeLevelViews(const Scene& scene, const std::vector<ViewAtLevel>& level,
+// `cameras`: of the views, in place of the scene's.
+std::vector<LevelView> MakeLevelViews(const Scene& scene, const std::vector<Camera>& cameras,
+                                      const std::vector<ViewAtLevel>& level,
                                       const Eigen::Vector3d& origin, double scale);
 // All of them halved `level` times, and take part.
 std::vector<LevelView> MakeLevelViews(const Scene& scene, int level, const Eigen::Vector3d& origin,

@@ -4,6 +4,19 @@
 
 namespace burin {
 
+std::vector<Camera> CamerasOf(const Scene& scene) {
+  std::vector<Camera> cameras;
+  cameras.reserve(scene.views.size());
+  for (const View& view : scene.views) cameras.push_back(view.camera);
+  return cameras;
+}
+
+Scene WithCameras(const Scene& scene, const std::vector<Camera>& cameras) {
+  Scene with = scene;
+  for (size_t v = 0; v < cameras.size(); ++v) with.views[v].camera = cameras[v];
+  return with;
+}
+
 Scene WithoutViews(const Scene& scene, const std::vector<int>& index) {
   Scene without;
   for (size_t v = 0; v < scene.views.size(); ++v) {

@@ -54,6 +54,11 @@ struct Scene {
   Tracks tracks;
 };
 
+std::vector<Camera> CamerasOf(const Scene& scene);
+
+// `scene` with other cameras of its views. Pixels are shared.
+Scene WithCameras(const Scene& scene, const std::vector<Camera>& cameras);
+
 // `scene` without the views whose new index is -1; the others keep their order: index[v] counts those kept
 // before v. Points keep their place, with what is left of their views and tracks. Pixels are shared.
 Scene WithoutViews(const Scene& scene, const std::vector<int>& index);

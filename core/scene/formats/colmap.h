@@ -32,7 +32,11 @@ PosedScene ReadColmap(const std::filesystem::path& workspace, const std::filesys
 // no view; points without a projection.
 void WriteColmapModel(const Scene& scene, const std::filesystem::path& workspace, bool binary);
 
-// The same with the images (8-bit, PNG or JPEG by the extension of each view's name) in images/; folders
+// The same as text, of the photographs as they were before they were undistorted: their camera models and lenses,
+// and the measurements in them. False, and WriteColmapModel's, where a lens has no model that burin reads.
+bool WritePhotographedModel(const Scene& scene, const std::filesystem::path& workspace);
+
+// WriteColmapModel with the images (8-bit, PNG or JPEG by the extension of each view's name) in images/; folders
 // are made. Throws InputError also for view names that repeat, leave the folder or have another
 // extension, for images missing or of another size than the camera, and for files that cannot be
 // written.

@@ -1,6 +1,8 @@
 #include "core/scene/formats/colmap_model.h"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <set>
 
@@ -97,6 +99,11 @@ ColmapFiles ColmapFilesIn(const std::filesystem::path& folder, bool binary) {
   const std::string extension = binary ? ".bin" : ".txt";
   return {folder / ("cameras" + extension), folder / ("images" + extension),
           folder / ("points3D" + extension), binary};
+}
+
+bool IsColmapCameraModel(const std::string& name) {
+  return std::any_of(std::begin(kSupportedModels), std::end(kSupportedModels),
+                     [&](const ColmapCameraModel& model) { return name == model.name; });
 }
 
 const ColmapCameraModel* FindCameraModel(const std::string& name, std::uint32_t camera_id,

@@ -75,6 +75,9 @@ struct ColmapFiles {
 // The files of a text (.txt) or binary (.bin) model in `folder`, existing or not.
 ColmapFiles ColmapFilesIn(const std::filesystem::path& folder, bool binary);
 
+// Whether FindCameraModel() has one of that name.
+bool IsColmapCameraModel(const std::string& name);
+
 // The supported model of that name or number. Throws InputError naming file, camera, model and what
 // is supported.
 const ColmapCameraModel* FindCameraModel(const std::string& name, std::uint32_t camera_id,

@@ -1,0 +1,128 @@
+#include "apps/run/cameras_output.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/scene/formats/colmap.h"
+#include "core/support/fixed_text.h"
+#include "core/support/median.h"
+
+namespace burin {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json Number(double value) {
+  return std::isfinite(value) ? ordered_json(std::round(value * 1e4) / 1e4) : ordered_json();
+}
+
+// The view that moved most; -1 when none has.
+int MostMoved(const TrackStep& step) {
+  int most = -1;
+  for (size_t v = 0; v < step.moved_px.size(); ++v) {
+    if (!(step.moved_px[v] > 0)) continue;
+    if (most < 0 || step.moved_px[v] > step.moved_px[most]) most = static_cast<int>(v);
+  }
+  return most;
+}
+
+// Of scenes with measurements: points where the cameras put them. Those that they put nowhere stay.
+std::vector<ScenePoint> PointsBy(const Scene& scene, const std::vector<Camera>& cameras) {
+  const std::vector<double> pixel(cameras.size(), 1);
+  std::vector<ScenePoint> points = scene.points;
+  for (size_t p = 0; p < points.size(); ++p) {
+    const Tracks::Range track = scene.tracks.Of(p);
+    Eigen::Vector3d point;
+    if (track.size() >= 2 && Triangulate(cameras, track, pixel, 1, &point)) {
+      points[p].position = point;
+    }
+  }
+  return points;
+}
+
+double MedianError(const std::vector<Camera>& cameras, const std::vector<ScenePoint>& points,
+                   const Tracks& tracks) {
+  std::vector<double> errors;
+  for (size_t p = 0; p < points.size(); ++p) {
+    for (const Measurement& measured : tracks.Of(p)) {
+      const Camera& camera = cameras[measured.view];
+      if (camera.Depth(points[p].position) <= 0) continue;
+      errors.push_back((camera.Project(points[p].position) - measured.image_point).norm());
+    }
+  }
+  return Median(errors);
+}
+
+}  // namespace
+
+std::vector<std::string> TrackStepText(const TrackStep& step, const Scene& scene) {
+  const Bundle& bundle = step.bundle;
+  std::string line = "cameras: " + std::to_string(bundle.tracks) + " tracks through the mesh, " +
+                     std::to_string(bundle.measurements) + " measurements";
+  const int most = MostMoved(step);
+  if (most >= 0) {
+    line += "; " + std::string(step.kept ? "moved" : "would move") + " by " +
+            Fixed(step.moved_rms_px, 2) + " px (RMS; " + scene.views[most].name + " " +
+            Fixed(step.moved_px[most], 2) + "), standard deviation " +
+            Fixed(step.deviation_rms_px, 2) + " px";
+  }
+  if (!step.kept) line += ": left as given, " + step.reason;
+  std::vector<std::string> lines = {line};
+  if (!step.kept) return lines;
+  for (size_t v = 0; v < step.moved_px.size(); ++v) {
+    if (step.moved_px[v] > kPriorPx) {
+      lines.push_back(scene.views[v].name + " moved by " + Fixed(step.moved_px[v], 0) +
+                      " px: it is likely misregistered");
+    }
+  }
+  return lines;
+}
+
+ordered_json TrackStepJson(const TrackStep& step, const Scene& scene) {
+  ordered_json json;
+  json["kept"] = step.kept;
+  json["reason"] = step.reason;
+  json["moved_px"] = Number(step.moved_rms_px);
+  json["deviation_px"] = Number(step.deviation_rms_px);
+  const int most = MostMoved(step);
+  json["most_moved"] = most >= 0 ? ordered_json(scene.views[most].name) : ordered_json();
+  json["tracks"] = step.bundle.tracks;
+  json["measurements"] = step.bundle.measurements;
+  json["measurement_px"] = {{"before", Number(step.bundle.median_before)},
+                            {"after", Number(step.bundle.median_after)}};
+  json["kept_out"] = {{"tracks", step.agreement.tracks},
+                      {"before", Number(step.agreement.before)},
+                      {"after", Number(step.agreement.after)},
+                      {"standard_error", Number(step.agreement.standard_error)}};
+  json["seconds"] = step.seconds;
+  json["views"] = ordered_json::array();
+  for (size_t v = 0; v < step.moved_px.size(); ++v) {
+    const bool measured = v < step.bundle.measured.size();
+    json["views"].push_back(
+        {{"name", scene.views[v].name},
+         {"moved_px", Number(step.moved_px[v])},
+         {"deviation_px",
+          v < step.deviation_px.size() ? Number(step.deviation_px[v]) : ordered_json()},
+         {"measurements", measured ? step.bundle.measured[v] : 0}});
+  }
+  return json;
+}
+
+ordered_json SparsePointsJson(const Scene& scene, const std::vector<Camera>& cameras) {
+  if (scene.tracks.IsEmpty()) return nullptr;
+  return {{"before_px", Number(MedianError(CamerasOf(scene), scene.points, scene.tracks))},
+          {"after_px", Number(MedianError(cameras, PointsBy(scene, cameras), scene.tracks))}};
+}
+
+std::string WriteCameras(const Scene& scene, const std::vector<Camera>& cameras,
+                         const std::filesystem::path& folder) {
+  Scene refined = WithCameras(scene, cameras);
+  if (!scene.tracks.IsEmpty()) refined.points = PointsBy(scene, cameras);
+  if (WritePhotographedModel(refined, folder)) return "";
+  return (folder / "sparse").string() +
+         ": COLMAP has no model for a lens of the scene; the cameras are of undistorted "
+         "photographs";
+}
+
+}  // namespace burin

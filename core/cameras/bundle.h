@@ -1,0 +1,60 @@
+// Bundle adjustment over tracks, by Ceres: poses that put the windows of core/cameras/mesh_tracks.h where they
+// were matched.
+//
+//   sum over measurements  rho( | pi_v(X) - x |^2 / s_v^2 )  +  sum over views  1/2 |W_v (pose_v - pose_v at the start)|^2
+//
+// X: the track's point, free. rho: Cauchy's, its scale from 1.5 medians of the residuals down to half a pixel of the images that were
+// searched (s_v pixels of the photograph). W_v: a prior of kPriorPx pixels at the surface for rotation and centre
+// each, so that weak modes do not run away; a view that moved further is likely misregistered. A view with less than
+// kFewestMeasurements stays. Afterwards the world is moved, turned and scaled so that the surface moves least in the photographs: the
+// frame is the input's.
+//
+// Every fifth track is kept out. What the cameras are worth is how well these agree before and after, each
+// triangulated anew by either cameras.
+//
+// Held constant: intrinsics, measurements. One thread: the same bytes on any number of them.
+#pragma once
+
+#include <vector>
+
+#include "core/cameras/mesh_tracks.h"
+#include "core/scene/camera.h"
+#include "core/scene/scene.h"
+
+namespace burin {
+
+constexpr double kPriorPx = 30;
+constexpr double kFinestLossPx = 0.5;  // of the images searched
+constexpr int kFewestMeasurements = 12;
+
+// Of tracks that were kept out: the mean over their measurements of the loss, in pixels of the images searched: 1/2 r^2 for small r.
+struct TrackAgreement {
+  double before = 0;
+  double after = 0;
+  double standard_error = 0;  // of after - before
+  int tracks = 0;
+  bool Better() const { return tracks >= 8 && before - after > 2 * standard_error; }
+};
+
+struct Bundle {
+  std::vector<Camera> cameras;  // of the scene's views
+  int tracks = 0;               // used
+  int measurements = 0;
+  std::vector<int> measured;  // of every view, those used
+  double median_before = 0;   // distance of a measurement from its point, pixels of the photograph
+  double median_after = 0;
+  double sigma = 0;  // of a measurement's coordinate after, pixels of the images searched, robust
+};
+
+Bundle AdjustBundle(const Scene& scene, const MeshTracks& tracks);
+
+// Of the tracks that AdjustBundle() does not use.
+TrackAgreement CompareKeptOut(const MeshTracks& tracks, const std::vector<Camera>& before,
+                              const std::vector<Camera>& after);
+
+// The point that a track's measurements make with these cameras, starting from the rays' nearest; robust as
+// above. False when it is behind a camera or not finite.
+bool Triangulate(const std::vector<Camera>& cameras, const Tracks::Range& track,
+                 const std::vector<double>& pixel, double loss_px, Eigen::Vector3d* point);
+
+}  // namespace burin

@@ -1,0 +1,32 @@
+// Tracks through the mesh: where several photographs show the same place of the surface.
+//
+// A textured 11x11 window of a view is warped through the mesh into up to four partners, as the verdict's are
+// (core/evidence/window_matches.h), and its best match is looked for up to 20 px along and 8 px across the
+// epipolar line, in images of at most kMatchSidePx. A match counts when its ZNCC is above .7 and by .05 above every other
+// place's. A window with at least two partners' matches is a track: its centre in its own view, the matches in
+// the others. A rough mesh is good enough: it chooses the windows and brings the search near.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/mesh/mesh.h"
+#include "core/scene/pairs.h"
+#include "core/scene/scene.h"
+#include "core/scene/tracks.h"
+
+namespace burin {
+
+struct MeshTracks {
+  std::vector<Eigen::Vector3d> points;  // on the mesh, world
+  Tracks tracks;                        // pixels of the photographs; a window's own view first
+  std::vector<double>
+      pixel;        // of every view: pixels of the photograph to one of the image searched
+  int windows = 0;  // looked for in a partner
+};
+
+// Of pairs that FirstPartners() leaves of `pairs`. The same for any number of threads.
+MeshTracks FindMeshTracks(const Scene& scene, const TriangleMesh& mesh,
+                          const std::vector<CameraPair>& pairs);
+
+}  // namespace burin

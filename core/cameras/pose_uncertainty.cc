@@ -1,0 +1,143 @@
+#include "core/cameras/pose_uncertainty.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/cameras/bundle.h"
+
+namespace burin {
+namespace {
+
+using Matrix26 = Eigen::Matrix<double, 2, 6>;
+using Matrix23 = Eigen::Matrix<double, 2, 3>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+constexpr double kHeld = 1e6;  // 1 / variance of each freedom, square pixels
+
+Eigen::Matrix3d Cross(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+// Derivatives of the image point, pixels, by rotation (a turn in the camera's frame) and centre, and by the point.
+void Derivatives(const Camera& camera, const Eigen::Vector3d& point, Matrix26* by_pose,
+                 Matrix23* by_point) {
+  const Eigen::Vector3d seen = camera.rotation * point + camera.translation;
+  Matrix23 by_seen;
+  by_seen << camera.fx, 0, -camera.fx * seen.x() / seen.z(),  //
+      0, camera.fy, -camera.fy * seen.y() / seen.z();
+  by_seen /= seen.z();
+  by_pose->leftCols<3>() = -by_seen * Cross(seen);
+  *by_point = by_seen * camera.rotation;
+  by_pose->rightCols<3>() = -*by_point;
+}
+
+// Of the camera's pose by a turn, a shift and a growth of the world about `middle`.
+Eigen::Matrix<double, 6, 7> Freedoms(const Camera& camera, const Eigen::Vector3d& middle) {
+  const Eigen::Vector3d from = camera.Center() - middle;
+  Eigen::Matrix<double, 6, 7> z = Eigen::Matrix<double, 6, 7>::Zero();
+  z.topLeftCorner<3, 3>() = -camera.rotation;
+  z.bottomLeftCorner<3, 3>() = -Cross(from);
+  z.block<3, 3>(3, 3).setIdentity();
+  z.bottomRightCorner<3, 1>() = from;
+  return z;
+}
+
+}  // namespace
+
+std::vector<double> PoseDeviations(const std::vector<Camera>& cameras, const MeshTracks& tracks,
+                                   double sigma, double loss_px,
+                                   const std::vector<std::vector<Eigen::Vector3d>>& surface) {
+  const size_t count = cameras.size();
+  std::vector<double> deviations(count, std::numeric_limits<double>::quiet_NaN());
+  std::vector<int> place(count, -1);  // of the views that have measurements
+  int unknowns = 0;
+  std::vector<int> measured_in(count, 0);
+  for (size_t p = 0; p < tracks.tracks.PointCount(); ++p) {
+    for (const Measurement& measured : tracks.tracks.Of(p)) ++measured_in[measured.view];
+  }
+  for (size_t v = 0; v < count; ++v) {
+    if (measured_in[v] < kFewestMeasurements || surface[v].empty()) continue;
+    place[v] = unknowns;
+    unknowns += 6;
+  }
+  if (unknowns == 0 || unknowns > 6 * kMostViewsWithDeviations || !(sigma > 0)) return deviations;
+  Eigen::MatrixXd reduced = Eigen::MatrixXd::Zero(unknowns, unknowns);
+  for (size_t p = 0; p < tracks.tracks.PointCount(); ++p) {
+    const Tracks::Range track = tracks.tracks.Of(p);
+    Eigen::Vector3d point;
+    if (!Triangulate(cameras, track, tracks.pixel, loss_px, &point)) continue;
+    Eigen::Matrix3d of_point = Eigen::Matrix3d::Zero();
+    std::vector<std::pair<int, Eigen::Matrix<double, 6, 3>>> couplings;
+    for (const Measurement& measured : track) {
+      const Camera& camera = cameras[measured.view];
+      const double pixel = tracks.pixel[measured.view];
+      Matrix26 by_pose;
+      Matrix23 by_point;
+      Derivatives(camera, point, &by_pose, &by_point);
+      const double squared =
+          (camera.Project(point) - measured.image_point).squaredNorm() / (pixel * pixel);
+      const double scale = 1 / (pixel * sigma * std::sqrt(1 + squared / (loss_px * loss_px)));
+      by_pose *= scale;
+      by_point *= scale;
+      of_point += by_point.transpose() * by_point;
+      const int at = place[measured.view];
+      if (at < 0) continue;
+      reduced.block<6, 6>(at, at) += by_pose.transpose() * by_pose;
+      couplings.emplace_back(at, by_pose.transpose() * by_point);
+    }
+    const Eigen::Matrix3d inverse = of_point.inverse();
+    if (!inverse.allFinite()) continue;
+    for (const auto& [a, of_a] : couplings) {
+      for (const auto& [b, of_b] : couplings) {
+        reduced.block<6, 6>(a, b) -= of_a * inverse * of_b.transpose();
+      }
+    }
+  }
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  size_t points = 0;
+  for (size_t v = 0; v < count; ++v) {
+    for (const Eigen::Vector3d& point : surface[v]) middle += point;
+    points += surface[v].size();
+  }
+  middle /= static_cast<double>(points);
+  Eigen::MatrixXd freedoms(unknowns, 7);
+  Eigen::MatrixXd held(unknowns, 7);  // M Z
+  std::vector<Matrix6> moves(count, Matrix6::Zero());
+  for (size_t v = 0; v < count; ++v) {
+    if (place[v] < 0) continue;
+    for (const Eigen::Vector3d& point : surface[v]) {
+      Matrix26 by_pose;
+      Matrix23 by_point;
+      Derivatives(cameras[v], point, &by_pose, &by_point);
+      moves[v] += by_pose.transpose() * by_pose;
+    }
+    moves[v] /= static_cast<double>(surface[v].size());
+    freedoms.middleRows<6>(place[v]) = Freedoms(cameras[v], middle);
+    held.middleRows<6>(place[v]) = moves[v] * freedoms.middleRows<6>(place[v]);
+  }
+  // Columns of one size: a turn, a shift and a growth have different units.
+  for (int k = 0; k < 7; ++k) {
+    const double squared = freedoms.col(k).dot(held.col(k));
+    if (squared > 0) held.col(k) /= std::sqrt(squared);
+  }
+  reduced += kHeld * (held * held.transpose());
+  const Eigen::LDLT<Eigen::MatrixXd> factor(reduced);
+  if (factor.info() != Eigen::Success) return deviations;
+  for (size_t v = 0; v < count; ++v) {
+    if (place[v] < 0) continue;
+    Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(unknowns, 6);
+    unit.middleRows<6>(place[v]).setIdentity();
+    const Matrix6 covariance = factor.solve(unit).middleRows<6>(place[v]);
+    const double variance = (moves[v] * covariance).trace();
+    if (variance >= 0) deviations[v] = std::sqrt(variance);
+  }
+  return deviations;
+}
+
+}  // namespace burin

@@ -1,0 +1,69 @@
+#include "core/cameras/track_step.h"
+
+#include <cmath>
+#include <string>
+
+#include "core/cameras/pose_uncertainty.h"
+#include "core/scene/camera_similarity.h"
+#include "core/support/stopwatch.h"
+#include "core/visibility/seen_points.h"
+
+namespace burin {
+namespace {
+
+constexpr int kRounds = 2;
+
+double RootMeanSquare(const std::vector<double>& values) {
+  double sum = 0;
+  int count = 0;
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
+    sum += value * value;
+    ++count;
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+}  // namespace
+
+TrackStep RefineByTracks(const Scene& scene, const TriangleMesh& mesh,
+                         const std::vector<CameraPair>& pairs) {
+  const Stopwatch watch;
+  TrackStep step;
+  const std::vector<Camera> given = CamerasOf(scene);
+  step.cameras = given;
+  const std::vector<std::vector<Eigen::Vector3d>> surface = SeenPoints(mesh, scene.views);
+  Scene now = scene;
+  MeshTracks tracks;
+  for (int round = 0; round < kRounds; ++round) {
+    tracks = FindMeshTracks(now, mesh, pairs);
+    step.bundle = AdjustBundle(now, tracks);
+    if (step.bundle.tracks == 0) break;
+    CameraSimilarity fit;
+    if (!FitCameraSimilarity(given, step.bundle.cameras, surface, &fit, &step.reason)) return step;
+    for (Camera& camera : step.bundle.cameras) {
+      camera = Moved(camera, fit.second_from_first.Inverse());
+    }
+    step.moved_px = fit.errors.view_px;
+    step.moved_rms_px = fit.errors.rms_px;
+    now = WithCameras(scene, step.bundle.cameras);
+  }
+  step.deviation_px =
+      PoseDeviations(step.bundle.cameras, tracks, step.bundle.sigma, kFinestLossPx, surface);
+  step.deviation_rms_px = RootMeanSquare(step.deviation_px);
+  step.agreement = CompareKeptOut(tracks, given, step.bundle.cameras);
+  if (step.agreement.tracks < 8) {
+    step.reason = "too few windows match through the mesh";
+  } else if (!step.agreement.Better()) {
+    step.reason = "tracks that were kept out agree no better";
+  } else if (!(step.moved_rms_px > kBeyond * step.deviation_rms_px)) {
+    step.reason = "the step is within its uncertainty";
+  } else {
+    step.kept = true;
+    step.cameras = step.bundle.cameras;
+  }
+  step.seconds = watch.Seconds();
+  return step;
+}
+
+}  // namespace burin

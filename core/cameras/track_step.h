@@ -1,0 +1,43 @@
+// The first step of refining cameras: tracks through the mesh (core/cameras/mesh_tracks.h) and their bundle
+// adjustment (core/cameras/bundle.h), twice, the second time through cameras that are nearly right. It takes pixels of error away, and
+// knows nothing of what is smaller than the mesh is wrong.
+//
+// Its cameras are kept where they are better than the ones given: tracks that were kept out agree more by two standard
+// errors, and the step is beyond its own uncertainty,
+//
+//   rms_v step_v  >  kBeyond rms_v sd_v       (pixels of the surface; core/cameras/pose_uncertainty.h)
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/cameras/bundle.h"
+#include "core/mesh/mesh.h"
+#include "core/scene/pairs.h"
+#include "core/scene/scene.h"
+
+namespace burin {
+
+constexpr double kBeyond = 2;
+
+struct TrackStep {
+  std::vector<Camera>
+      cameras;         // of the scene's views, in its frame; those given where they are kept
+  bool kept = false;   // the new ones
+  std::string reason;  // why not
+  Bundle bundle;       // the last round's; its cameras are the new ones in any case
+  TrackAgreement
+      agreement;  // of tracks kept out of the first round, between the cameras given and the new ones
+  std::vector<double>
+      moved_px;  // of every view: RMS over the surface that it sees; NaN where it sees none
+  std::vector<double> deviation_px;  // PoseDeviations()
+  double moved_rms_px = 0;
+  double deviation_rms_px = 0;
+  double seconds = 0;
+};
+
+// Of `pairs`: those that are refined with. The same for any number of threads.
+TrackStep RefineByTracks(const Scene& scene, const TriangleMesh& mesh,
+                         const std::vector<CameraPair>& pairs);
+
+}  // namespace burin

@@ -1,0 +1,188 @@
+// Cameras refined by tracks through the mesh (core/cameras).
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "apps/run/cameras_output.h"
+#include "apps/run/pipeline.h"
+#include "core/cameras/pose_uncertainty.h"
+#include "core/cameras/track_step.h"
+#include "core/scene/camera_similarity.h"
+#include "core/scene/formats/scene_loader.h"
+#include "core/scene/lens_points.h"
+#include "core/support/counter_random.h"
+#include "core/support/parallel.h"
+#include "core/synthetic/synthetic.h"
+#include "core/visibility/seen_points.h"
+#include "tests/measured_scene.h"
+
+namespace burin {
+namespace {
+
+SyntheticScene Relief(double noise_px) {
+  SyntheticOptions options;
+  options.width = 480;
+  options.height = 360;
+  options.views = 9;
+  options.init_edge_px = 25;
+  options.pose_noise_px = noise_px;
+  options.seed = 3;
+  return MakeSyntheticScene(options);
+}
+
+// With the exact cameras, the same photographs.
+const SyntheticScene& Exact() {
+  static const auto* scene = new SyntheticScene(Relief(0));
+  return *scene;
+}
+
+const SyntheticScene& Noisy() {
+  static const auto* scene = new SyntheticScene(Relief(1));
+  return *scene;
+}
+
+double Error(const std::vector<Camera>& cameras, Similarity* motion = nullptr) {
+  CameraSimilarity fit;
+  std::string error;
+  EXPECT_TRUE(FitCameraSimilarity(CamerasOf(Exact().scene), cameras,
+                                  SeenPoints(Exact().truth, Exact().scene.views), &fit, &error))
+      << error;
+  if (motion != nullptr) *motion = fit.second_from_first;
+  return fit.errors.rms_px;
+}
+
+TrackStep Step(const SyntheticScene& scene) {
+  return RefineByTracks(scene.scene, scene.init,
+                        SelectPairs(scene.scene, scene.init, PairsOptions()).pairs);
+}
+
+TEST(Cameras, TracksThroughTheMeshTakeTheErrorAway) {
+  const double before = Error(CamerasOf(Noisy().scene));
+  const TrackStep step = Step(Noisy());
+  EXPECT_TRUE(step.kept) << step.reason;
+  const double after = Error(step.cameras);
+  EXPECT_GT(before, 1);
+  EXPECT_LT(after, 0.25 * before);
+  RecordProperty("before", std::to_string(before));
+  RecordProperty("after", std::to_string(after));
+  std::printf("camera error %.3f -> %.3f px, sd %.3f, moved %.3f, %d tracks\n", before, after,
+              step.deviation_rms_px, step.moved_rms_px, step.bundle.tracks);
+}
+
+TEST(Cameras, ExactOnesAreLeftAsGiven) {
+  const TrackStep step = Step(Exact());
+  std::printf("would move %.3f px, sd %.3f, kept out %.4f -> %.4f (se %.4f): %s\n",
+              step.moved_rms_px, step.deviation_rms_px, step.agreement.before, step.agreement.after,
+              step.agreement.standard_error, step.reason.c_str());
+  EXPECT_FALSE(step.kept);
+  EXPECT_FALSE(step.reason.empty());
+  EXPECT_EQ(CamerasOf(Exact().scene)[0].rotation, step.cameras[0].rotation);
+}
+
+TEST(Cameras, TheFrameIsTheInputs) {
+  const std::vector<Camera> given = CamerasOf(Noisy().scene);
+  const TrackStep step = Step(Noisy());
+  CameraSimilarity fit;
+  std::string error;
+  ASSERT_TRUE(FitCameraSimilarity(given, step.cameras,
+                                  SeenPoints(Noisy().init, Noisy().scene.views), &fit, &error));
+  EXPECT_NEAR(fit.second_from_first.scale, 1, 1e-6);
+  EXPECT_LT(fit.second_from_first.AngleDeg(), 1e-4);
+  EXPECT_LT(fit.second_from_first.translation.norm(), 1e-2 * Noisy().footprint);
+}
+
+TEST(Cameras, AreTheSameOnAnyNumberOfThreads) {
+  std::vector<std::vector<Camera>> cameras;
+  for (const int threads : {1, 2}) {
+    const ThreadScope scope(threads);
+    cameras.push_back(Step(Noisy()).cameras);
+  }
+  for (size_t v = 0; v < cameras[0].size(); ++v) {
+    EXPECT_EQ(cameras[0][v].rotation, cameras[1][v].rotation);
+    EXPECT_EQ(cameras[0][v].translation, cameras[1][v].translation);
+  }
+}
+
+// Tracks of exact places with normal noise: the errors of many adjustments are as large as said.
+TEST(Cameras, DeviationsAreThoseOfRepeatedMeasurements) {
+  const std::vector<Camera> truth = CamerasOf(Exact().scene);
+  const auto surface = SeenPoints(Exact().truth, Exact().scene.views, 200);
+  constexpr double kSigma = 0.1;
+  constexpr int kTrials = 12;
+  std::vector<double> squares(truth.size(), 0);
+  std::vector<double> said;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const CounterRandom random(7, trial);
+    MeshTracks tracks;
+    tracks.pixel.assign(truth.size(), 1);
+    uint64_t draw = 0;
+    for (const Eigen::Vector3d& point : surface[4]) {
+      tracks.points.push_back(point);
+      tracks.tracks.BeginPoint();
+      for (size_t v = 0; v < truth.size(); ++v) {
+        const Eigen::Vector2d noise(random.Normal(draw), random.Normal(draw + 1));
+        draw += 2;
+        tracks.tracks.Add({truth[v].Project(point) + kSigma * noise, static_cast<int>(v)});
+      }
+    }
+    const Bundle bundle = AdjustBundle(Exact().scene, tracks);
+    CameraSimilarity fit;
+    std::string error;
+    ASSERT_TRUE(FitCameraSimilarity(truth, bundle.cameras, surface, &fit, &error));
+    for (size_t v = 0; v < truth.size(); ++v) {
+      squares[v] += std::pow(fit.errors.view_px[v], 2) / kTrials;
+    }
+    if (trial == 0) said = PoseDeviations(truth, tracks, kSigma, 1e6, surface);
+  }
+  double measured = 0;
+  double foreseen = 0;
+  for (size_t v = 0; v < truth.size(); ++v) {
+    measured += squares[v];
+    foreseen += said[v] * said[v];
+  }
+  // A fifth of the tracks is kept out, and Cauchy's loss is a little worse than least squares: 5/4 and some percent.
+  EXPECT_NEAR(measured / foreseen, 1.3, 0.45);
+}
+
+TEST(Cameras, TheModelWrittenIsTheSceneWithTheNewPoses) {
+  Scene scene = MeasuredScene();
+  for (View& view : scene.views) {
+    view.origin.camera_model = "SIMPLE_RADIAL";
+    view.origin.lens.brown[0] = -0.05;
+  }
+  std::vector<Camera> moved = CamerasOf(scene);
+  for (Camera& camera : moved) {
+    camera.rotation = Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitY()).matrix() * camera.rotation;
+  }
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / "written_cameras";
+  EXPECT_EQ(WriteCameras(scene, moved, folder), "");
+  SceneSource source;
+  source.path = folder;
+  const PosedScene read = ReadScene(source);
+  ASSERT_EQ(read.images.size(), scene.views.size());
+  for (const PosedImage& image : read.images) {
+    EXPECT_EQ(image.camera_model, "SIMPLE_RADIAL");
+    EXPECT_EQ(image.lens.brown[0], -0.05);
+    EXPECT_EQ(image.camera_id, 7U);
+    const auto view = std::find_if(scene.views.begin(), scene.views.end(),
+                                   [&](const View& other) { return other.name == image.name; });
+    ASSERT_NE(view, scene.views.end());
+    EXPECT_EQ(image.image_id, view->origin.image_id);
+    const Camera& camera = moved[view - scene.views.begin()];
+    EXPECT_LT((image.camera.rotation - camera.rotation).norm(), 1e-12);
+    EXPECT_LT((image.camera.translation - camera.translation).norm(), 1e-12);
+  }
+  ASSERT_EQ(read.points.size(), scene.points.size());
+  // Measurements are those of the photograph again.
+  const Measurement& measured = *read.tracks.Of(0).begin();
+  EXPECT_GT(read.tracks.Count(), 0U);
+  EXPECT_TRUE(measured.image_point.allFinite());
+}
+
+}  // namespace
+}  // namespace burin
