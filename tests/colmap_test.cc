@@ -198,6 +198,28 @@ TEST(Colmap, BinaryComesBeforeTextAndSparseBeforeSparse0) {
 }
 
 // The same pixels whatever the number of threads, undistortion included.
+TEST(Colmap, AModelIsReadWithoutItsWorkspace) {
+  const TempFolder folder;
+  WriteColmapScene(TinyScene(), folder.path(), true);
+  for (const bool binary : {true, false}) {
+    WriteColmapModel(TinyScene(), folder.path(), binary);
+    // Its photographs are those of the workspace above.
+    const Scene scene = LoadScene({folder.path() / "sparse", {}, {}});
+    EXPECT_EQ(scene.points.size(), 3U);
+    EXPECT_EQ(scene.views[1].image_path, folder.path() / "images" / "view1.png");
+  }
+  const std::filesystem::path alone = folder.path() / "a" / "b" / "c";
+  std::filesystem::create_directories(alone.parent_path());
+  std::filesystem::rename(folder.path() / "sparse", alone);
+  EXPECT_EQ(LoadScene({alone, {}, {}}, /*with_images=*/false).views.size(), 2U);
+  EXPECT_EQ(LoadScene({alone, folder.path() / "images", {}}).views.size(), 2U);
+  EXPECT_THAT(LoadError(alone), testing::HasSubstr("a/b/c/images: folder is missing"));
+  std::filesystem::remove(alone / "points3D.txt");
+  EXPECT_THAT(LoadError(alone), testing::HasSubstr("points3D.txt: "));
+  std::filesystem::remove(alone / "images.txt");
+  EXPECT_THAT(LoadError(alone), testing::HasSubstr("is no scene that burin knows"));
+}
+
 TEST(Colmap, ThreadCountDoesNotMatter) {
   const TempFolder folder;
   WriteColmapScene(TinyScene(), folder.path(), false);

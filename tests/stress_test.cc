@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <cstring>
 
 #include "apps/run/pipeline.h"
@@ -152,6 +153,84 @@ TEST(PoseNoise, MovesTheCamerasAndNothingElse) {
   for (size_t p = 0; p < exact.scene.points.size(); ++p) {
     EXPECT_EQ(exact.scene.points[p].position, noisy.scene.points[p].position);
   }
+}
+
+TEST(IntrinsicsNoise, HasTheStatisticsAskedFor) {
+  Camera truth;
+  truth.width = 320;
+  truth.height = 240;
+  truth.fx = 400;
+  truth.fy = 402;
+  truth.cx = 161;
+  truth.cy = 118;
+  const CounterRandom random(5, 51);
+  constexpr int kCameras = 4000;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d square = Eigen::Matrix3d::Zero();
+  for (int k = 0; k < kCameras; ++k) {
+    const Camera camera = WithIntrinsicsNoise(truth, 0.02, 3, random, k);
+    EXPECT_NEAR(camera.fy / camera.fx, truth.fy / truth.fx, 1e-12);
+    const Eigen::Vector3d error(std::log(camera.fx / truth.fx) / 0.02, (camera.cx - truth.cx) / 3,
+                                (camera.cy - truth.cy) / 3);
+    mean += error / kCameras;
+    square += error * error.transpose() / kCameras;
+  }
+  EXPECT_LT(mean.cwiseAbs().maxCoeff(), 0.08);  // five standard errors
+  EXPECT_LT((square - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), 0.12);
+}
+
+TEST(IntrinsicsNoise, IsOfEachViewOrOfOneCamera) {
+  SyntheticOptions options = Small(SyntheticKind::kOccluders, StressKind::kNone);
+  const SyntheticScene exact = MakeSyntheticScene(options);
+  options.focal_noise = 0.01;
+  options.principal_point_noise_px = 2;
+  const SyntheticScene noisy = MakeSyntheticScene(options);
+  options.one_camera = true;
+  const SyntheticScene shared = MakeSyntheticScene(options);
+  for (size_t v = 0; v < exact.scene.views.size(); ++v) {
+    const Camera& truth = exact.scene.views[v].camera;
+    const Camera& a = noisy.scene.views[v].camera;
+    const Camera& b = shared.scene.views[v].camera;
+    EXPECT_NE(a.fx, truth.fx);
+    EXPECT_NE(a.cx, truth.cx);
+    EXPECT_EQ(a.rotation, truth.rotation);
+    EXPECT_EQ(a.translation, truth.translation);
+    EXPECT_EQ(b.fx, noisy.scene.views[0].camera.fx);
+    EXPECT_EQ(b.cy, noisy.scene.views[0].camera.cy);
+    if (v > 0) {
+      EXPECT_NE(a.fx, noisy.scene.views[0].camera.fx);
+    }
+    EXPECT_EQ(noisy.scene.views[v].origin.camera_id, kNoId);
+    EXPECT_EQ(shared.scene.views[v].origin.camera_id, 1U);
+    // What took the photographs is known.
+    EXPECT_EQ(noisy.true_cameras[v].fx, truth.fx);
+    EXPECT_EQ(noisy.true_cameras[v].translation, truth.translation);
+    EXPECT_EQ(std::memcmp(exact.scene.views[v].gray.data, noisy.scene.views[v].gray.data,
+                          exact.scene.views[v].gray.total()),
+              0);
+  }
+}
+
+TEST(TrackNoise, MovesWhatIsMeasuredAndNothingElse) {
+  SyntheticOptions options = Small(SyntheticKind::kRelief, StressKind::kNone);
+  const Scene exact = MakeSyntheticScene(options).scene;
+  options.track_noise_px = 0.4;
+  const Scene noisy = MakeSyntheticScene(options).scene;
+  ASSERT_EQ(noisy.points.size(), exact.points.size());
+  double squares = 0;
+  double count = 0;
+  for (size_t p = 0; p < exact.points.size(); ++p) {
+    EXPECT_EQ(noisy.points[p].position, exact.points[p].position);
+    auto measured = noisy.tracks.Of(p).begin();
+    for (const Measurement& truth : exact.tracks.Of(p)) {
+      squares += (measured->image_point - truth.image_point).squaredNorm();
+      EXPECT_EQ(measured->view, truth.view);
+      ++measured;
+      count += 2;
+    }
+  }
+  EXPECT_GT(count, 1000);
+  EXPECT_NEAR(std::sqrt(squares / count), 0.4, 0.04);
 }
 
 }  // namespace

@@ -18,7 +18,8 @@ namespace burin {
 namespace {
 
 constexpr SyntheticKind kAll[] = {SyntheticKind::kRods, SyntheticKind::kPlates,
-                                  SyntheticKind::kMembrane, SyntheticKind::kSky};
+                                  SyntheticKind::kMembrane, SyntheticKind::kSky,
+                                  SyntheticKind::kBoulder};
 constexpr int kRods = 8;
 
 SyntheticOptions SmallOptions(SyntheticKind scene) {
@@ -310,6 +311,21 @@ TEST(SyntheticSky, TowerAndGroundStartCoarse) {
   ASSERT_TRUE(init.Intersect({0, 1, 0}, -Eigen::Vector3d::UnitY(), &top));
   EXPECT_NEAR(top.point.y(), 0.5, 4 * synthetic.footprint);
   EXPECT_LT(synthetic.init.faces.size(), synthetic.truth.faces.size() / 20);
+}
+
+TEST(SyntheticBoulder, IsClosedAndSeenAllAround) {
+  const SyntheticScene& synthetic = SmallScene(SyntheticKind::kBoulder);
+  for (const TriangleMesh* mesh : {&synthetic.truth, &synthetic.init}) {
+    const Adjacency faces = VertexFaces(*mesh);
+    for (const char border : BoundaryVertices(*mesh, faces)) EXPECT_EQ(border, 0);
+  }
+  EXPECT_LT(synthetic.init.faces.size(), synthetic.truth.faces.size() / 20);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Camera& camera : synthetic.true_cameras) sum += camera.Center().normalized();
+  EXPECT_LT(std::hypot(sum.x(), sum.z()) / 5, 0.1);  // they cancel around the upright axis
+  for (const cv::Mat1f& depth : synthetic.depth) {
+    EXPECT_GT(cv::countNonZero(depth > 0), depth.total() / 5);
+  }
 }
 
 }  // namespace

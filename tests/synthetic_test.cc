@@ -13,6 +13,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/mesh/point_cloud_io.h"
+#include "core/scene/formats/scene_loader.h"
 #include "core/support/error.h"
 #include "core/support/parallel.h"
 #include "core/synthetic/synthetic_shapes.h"
@@ -446,6 +447,13 @@ TEST(Synthetic, TruthFilesReadBack) {
   const cv::Mat depth = cv::imread(folder / "depth" / "view_001.tiff", cv::IMREAD_UNCHANGED);
   ASSERT_EQ(depth.type(), CV_32FC1);
   EXPECT_EQ(cv::countNonZero(depth != synthetic.depth[1]), 0);
+  const Scene exact = LoadScene({folder / "true_cameras", {}, {}}, /*with_images=*/false);
+  ASSERT_EQ(exact.views.size(), 3U);
+  EXPECT_EQ(exact.points.size(), synthetic.scene.points.size());
+  for (size_t v = 0; v < 3; ++v) {
+    EXPECT_EQ(exact.views[v].name, synthetic.scene.views[v].name);
+    EXPECT_LT((exact.views[v].camera.Center() - synthetic.true_cameras[v].Center()).norm(), 1e-6);
+  }
   const auto json = nlohmann::json::parse(std::ifstream(folder / "synth.json"));
   EXPECT_EQ(json["options"]["synth.scene"], "relief");
   EXPECT_EQ(json["options"]["synth.views"], 3);

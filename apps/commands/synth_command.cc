@@ -52,6 +52,7 @@ void SynthCommand::Run() {
             << "  truth.ply         " << synthetic.truth.vertices.size() << " vertices, "
             << synthetic.truth.faces.size() << " faces\n"
             << "  truth_points.ply  " << synthetic.truth_points.size() << " points with normals\n"
+            << "  true_cameras/     the cameras that took the photographs\n"
             << "one pixel covers " << synthetic.footprint << " world units\n";
 }
 

@@ -80,6 +80,16 @@ class Job:
     def truth(self) -> str:
         return self.scene["truth"] or str(self.instance_folder / "truth_points.ply")
 
+    def true_cameras(self) -> str:
+        """The model with the true cameras; empty where nobody knows them."""
+        return self.scene["cameras"] if self.scene["folder"] else str(
+            self.instance_folder / "true_cameras")
+
+    def cameras(self) -> str:
+        """The refined cameras of a run, those of the scene where it has none."""
+        refined = self.folder / "refine/cameras"
+        return str(refined) if refined.is_dir() else self.scene_folder()
+
     def evaluate_options(self) -> Options:
         options = dict(self.scene["evaluate"])
         if options.get("unit") == FOOTPRINT:
@@ -113,7 +123,8 @@ class Job:
 
     def initial(self) -> None:
         """initial.json: the scores of the mesh that all variants start from."""
-        self.do("initial", self.folder / "scene.json", lambda: self.evaluation(self.mesh()), True)
+        self.do("initial", self.folder / "scene.json",
+                lambda: self.evaluation(self.mesh(), self.scene_folder()), True)
 
     def select(self) -> None:
         """select.json: the variant's camera pairs."""
@@ -133,14 +144,17 @@ class Job:
                 lambda: ["refine", self.scene_folder(), "--mesh", self.mesh(), "--output",
                          str(self.folder / "refine"), "--level-meshes", *flags(options)])
 
-    def evaluation(self, mesh: str) -> list[str]:
+    def evaluation(self, mesh: str, cameras: str = "") -> list[str]:
+        """Scores of a mesh, and of the cameras given where the true ones are known."""
+        true = self.true_cameras() if cameras else ""
         return ["evaluate", "--mesh", mesh, "--truth", self.truth(), "--json",
+                *(["--scene", cameras, "--cameras", true] if true else []),
                 *flags(self.evaluate_options())]
 
     def evaluate(self) -> None:
         """evaluate.json: the scores of the refined mesh."""
         self.do("evaluate", self.folder / "refine.json",
-                lambda: self.evaluation(str(self.folder / "refine/refined.ply")), True)
+                lambda: self.evaluation(str(self.folder / "refine/refined.ply"), self.cameras()), True)
         self.write_script()
 
     def evaluate_levels(self) -> None:

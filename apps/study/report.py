@@ -19,6 +19,7 @@ LABELS = {"accuracy_mean": "acc. mean", "accuracy_median": "acc. median",
           "completeness_mean": "compl. mean", "completeness_median": "compl. median",
           "max_distance": "within", "accuracy_matched": "acc. matched %",
           "completeness_matched": "compl. matched %",
+          "cameras_px_before": "cameras before, px", "cameras_px": "cameras, px",
           "pairs": "pairs", "faces": "faces", "iterations": "iterations",
           "total_seconds": "seconds", "memory_mib": "MiB"}
 MIME = {".jpg": "image/jpeg", ".svg": "image/svg+xml"}
@@ -82,7 +83,10 @@ def scene_table(name: str, runs: pandas.DataFrame, color: dict[str, tuple]) -> d
     thresholds = [key for key in runs.columns
                   if key.startswith("f1@") and runs[key].notna().any()]
     shares = tuple(dict.fromkeys(MATCHED_SHARES.values()))
-    keys = [*ERROR_MEASURES, "max_distance", *shares, *thresholds, "pairs", "faces", "iterations", "total_seconds", "memory_mib"]
+    cameras = [key for key in ("cameras_px_before", "cameras_px")
+               if key in runs and runs[key].notna().any()]
+    keys = [*ERROR_MEASURES, "max_distance", *shares, *thresholds, *cameras, "pairs", "faces",
+            "iterations", "total_seconds", "memory_mib"]
     rows = []
     for variant, group in runs.groupby("variant", sort=False):
         failed = group["failed"].notna().sum()
@@ -92,7 +96,7 @@ def scene_table(name: str, runs: pandas.DataFrame, color: dict[str, tuple]) -> d
                      "color": charts.css(color[variant]) if variant in color else "",
                      "note": f"failed ({failed} of {len(group)})" if failed else ""})
     for column, key in enumerate(keys):
-        if key in ERROR_MEASURES or key in thresholds:
+        if key in ERROR_MEASURES or key in thresholds or key == "cameras_px":
             mark_best(rows, column, key in thresholds)
     return {"id": "scene-" + name, "rows": rows,
             "columns": [LABELS.get(key, key.replace("f1@", "F1 at ")) for key in keys]}

@@ -14,7 +14,7 @@ from study.variants import axis_values, combined, folder_name, read_axes
 
 FIELDS = ("title", "description", "seeds", "options", "evaluate", "scenes", "combine", "axes",
           "variants")
-SCENE_FIELDS = ("synth", "seeds", "folder", "mesh", "truth", "evaluate")
+SCENE_FIELDS = ("synth", "seeds", "folder", "mesh", "truth", "cameras", "evaluate")
 FOOTPRINT = "footprint"  # evaluate.unit of a synthetic scene: its pixel footprint
 INITIAL = "initial mesh"  # a row of every report
 
@@ -28,6 +28,7 @@ class Scene:
     folder: str = ""  # absolute paths; empty for a synthetic scene
     mesh: str = ""
     truth: str = ""
+    cameras: str = ""  # true ones, where a scene with a folder has such
     evaluate: Options = field(default_factory=dict)
 
 
@@ -146,8 +147,10 @@ class _Reader:
             scene.folder = self.existing(table, "folder", prefix, True)
             scene.mesh = self.existing(table, "mesh", prefix, False)
             scene.truth = self.existing(table, "truth", prefix, False)
+            if "cameras" in table:
+                scene.cameras = self.existing(table, "cameras", prefix, True)
         else:
-            for key in ("mesh", "truth"):
+            for key in ("mesh", "truth", "cameras"):
                 if key in table:
                     raise self.fail(prefix + key, "belongs to scenes with a folder")
             scene.synth = self.paths_from_here(

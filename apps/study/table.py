@@ -23,6 +23,8 @@ def scores_of(result: dict) -> dict[str, float]:
         for name in ("precision", "recall", "f1"):
             scores[f"{name}@{score['tau'] / unit:.6g}"] = score[name]
     scores |= {"vertices": result["mesh"]["vertices"], "faces": result["mesh"]["faces"]}
+    if "cameras" in result:
+        scores["cameras_px"] = result["cameras"]["rms_px"]
     return scores
 
 
@@ -50,16 +52,19 @@ def collect(output: Path, plan: dict) -> list[dict]:
         head = {"scene": instance["scene"], "seed": instance["seed"]}
         folder = Path("scenes", key)
         row = head | {"variant": INITIAL, "folder": str(folder), "failed": failure_of(output / folder)}
+        before: dict[str, float] = {}
         if not row["failed"]:
             row |= scores_of(read_json(output / folder / "initial.json")["result"])
-        rows.append(row)
+            if "cameras_px" in row:
+                before = {"cameras_px_before": row["cameras_px"]}
+        rows.append(row | before)
         for variant, what in plan["variants"].items():
             folder = Path("runs", key, variant)
             row = head | {"variant": what["name"], "folder": str(folder),
                           "failed": failure_of(output / folder)}
             if not row["failed"]:
                 row |= scores_of(read_json(output / folder / "evaluate.json")["result"])
-                row |= cost_of(read_json(output / folder / "refine/summary.json"))
+                row |= cost_of(read_json(output / folder / "refine/summary.json")) | before
             rows.append(row)
     return rows
 

@@ -25,6 +25,8 @@ constexpr std::uint64_t kMaxPerPoint = 16;  // counters set aside for one point
 
 enum Stream : std::uint64_t {
   kPoseStream = 50,
+  kIntrinsicsStream,
+  kTrackStream,
   kTextureStream = 100,
   kExposureStream,
   kInitStream,
@@ -70,6 +72,7 @@ void RenderViews(const SyntheticLayout& layout, const MeshRays& rays, SyntheticS
   };
   const CounterRandom exposure = Random(options, kExposureStream);
   const CounterRandom pose = Random(options, kPoseStream);
+  const CounterRandom intrinsics = Random(options, kIntrinsicsStream);
   for (size_t v = 0; v < layout.cameras.size(); ++v) {
     View view;
     char name[32];
@@ -86,8 +89,12 @@ void RenderViews(const SyntheticLayout& layout, const MeshRays& rays, SyntheticS
     const Exposure used = stress.ExposureOf(index, {gain, offset});
     view.gray = Exposed(radiance, used.gain, used.offset, options.noise_sigma,
                         Random(options, kSensorStream + v));
-    view.camera = WithPoseNoise(stress.Calibration(index, count, layout.cameras[v]),
-                                options.pose_noise_px, pose, index);
+    view.camera =
+        WithIntrinsicsNoise(WithPoseNoise(stress.Calibration(index, count, layout.cameras[v]),
+                                          options.pose_noise_px, pose, index),
+                            options.focal_noise, options.principal_point_noise_px, intrinsics,
+                            options.one_camera ? 0 : index);
+    if (options.one_camera) view.origin.camera_id = 1;
     synthetic->scene.views.push_back(std::move(view));
     synthetic->depth.push_back(RenderDepth(rays, layout.cameras[v]));
   }
@@ -138,12 +145,16 @@ void AddSparsePoints(const SyntheticLayout& layout, const MeshRays& rays,
                                               random.Normal(deviates + 2));
     }
   });
+  const CounterRandom track = Random(options, kTrackStream);
+  std::uint64_t measured = 0;
   for (size_t c = 0; c < candidates.size(); ++c) {
     if (static_cast<int>(synthetic->scene.points.size()) == options.point_count) break;
     if (candidates[c].views.size() < 2) continue;
     synthetic->scene.tracks.BeginPoint();
     for (const int view : candidates[c].views) {
-      synthetic->scene.tracks.Add({layout.cameras[view].Project(on_surface[c]), view});
+      Eigen::Vector2d at = layout.cameras[view].Project(on_surface[c]);
+      for (int k = 0; k < 2; ++k) at[k] += options.track_noise_px * track.Normal(measured++);
+      synthetic->scene.tracks.Add({at, view});
     }
     synthetic->scene.points.push_back(std::move(candidates[c]));
   }
@@ -205,6 +216,8 @@ SyntheticLayout MakeLayout(const SyntheticOptions& options, const TriangleMesh& 
       return MembraneLayout(options);
     case SyntheticKind::kSky:
       return SkyLayout(options);
+    case SyntheticKind::kBoulder:
+      return BoulderLayout(options);
   }
   throw InputError("synth.scene: no such scene");
 }
@@ -218,7 +231,7 @@ void SyntheticOptions::Describe(OptionSet* set) {
   set->Add("synth.seed", &seed, "seed of everything random", 0, 2147483647);
   set->Add("synth.views", &views,
            "number of views; 0 = relief and membrane 7, occluders and sky 8, rods 9, plates 10, "
-           "scan 24",
+           "scan and boulder 24",
            0, 999);
   set->Add("synth.rig", &rig,
            "even: views evenly spaced at one distance; uneven: crowded, every third 1.7 times as "
@@ -243,6 +256,16 @@ void SyntheticOptions::Describe(OptionSet* set) {
   set->Add("synth.pose_noise_px", &pose_noise_px,
            "error of every view's pose as the scene gives it, standard deviation in pixels", 0,
            100);
+  set->Add("synth.focal_noise", &focal_noise,
+           "error of the focal length as the scene gives it, standard deviation as a share of it",
+           0, 0.3);
+  set->Add("synth.principal_point_noise_px", &principal_point_noise_px,
+           "error of the principal point as the scene gives it, standard deviation of each "
+           "coordinate in pixels",
+           0, 1000);
+  set->Add("synth.one_camera", &one_camera,
+           "all views share one camera in the model, and one error of its focal length and "
+           "principal point");
   set->Add("synth.init_edge_px", &init_edge_px,
            "edge length of the initial mesh in pixel footprints", 1, 1000);
   set->Add("synth.init_noise_px", &init_noise_px,
@@ -250,6 +273,9 @@ void SyntheticOptions::Describe(OptionSet* set) {
   set->Add("synth.point_count", &point_count, "sparse points", 0, 1000000);
   set->Add("synth.point_noise_px", &point_noise_px,
            "noise of the sparse points per coordinate in pixel footprints", 0, 50);
+  set->Add("synth.track_noise_px", &track_noise_px,
+           "noise of where the photographs show the sparse points, per coordinate in pixels", 0,
+           50);
   set->Add("synth.truth_point_count", &truth_point_count,
            "truth points on the whole surface, before the unseen ones are dropped", 0, 100000000);
 }
@@ -277,6 +303,7 @@ SyntheticScene MakeSyntheticScene(const SyntheticOptions& options, const Triangl
     AddTruthPoints(layout, rays, &synthetic);
   }
   synthetic.truth = std::move(layout.truth);
+  synthetic.true_cameras = std::move(layout.cameras);
   return synthetic;
 }
 

@@ -10,6 +10,7 @@
 //              bumps, and a little too large or too small.
 //   scan       a given mesh, moved into the unit sphere; upright views around it at two heights.
 //              The initial mesh is the scan decimated and smoothed.
+//   boulder    the same with a body of its own: a lump with fine relief.
 //   rods       thin closed rods, two each of 1, 1.5, 2 and 3 px diameter, in front of nothing; views
 //              on an arc of 72 degrees. The initial rods are 0.7 px thicker all around and bent by
 //              1 px; their facets are an eighth of init_edge_px long.
@@ -38,12 +39,12 @@
 
 namespace burin {
 
-enum class SyntheticKind { kRelief, kOccluders, kScan, kRods, kPlates, kMembrane, kSky };
+enum class SyntheticKind { kRelief, kOccluders, kScan, kRods, kPlates, kMembrane, kSky, kBoulder };
 inline Choices<SyntheticKind> ChoicesOf(SyntheticKind) {
   return {{SyntheticKind::kRelief, "relief"}, {SyntheticKind::kOccluders, "occluders"},
           {SyntheticKind::kScan, "scan"},     {SyntheticKind::kRods, "rods"},
           {SyntheticKind::kPlates, "plates"}, {SyntheticKind::kMembrane, "membrane"},
-          {SyntheticKind::kSky, "sky"}};
+          {SyntheticKind::kSky, "sky"},       {SyntheticKind::kBoulder, "boulder"}};
 }
 
 enum class SignedAxis { kX, kMinusX, kY, kMinusY, kZ, kMinusZ };
@@ -63,24 +64,31 @@ struct SyntheticOptions {
   std::string mesh_path;                // of the scan; only recorded here, the caller reads it
   SignedAxis scan_up = SignedAxis::kY;  // axis of the scan that points up
   int seed = 1;
-  // 0 = the scene's own number: relief and membrane 7, occluders and sky 8, scan 24, rods 9, plates 10.
+  // 0 = the scene's own number: relief and membrane 7, occluders and sky 8, scan and boulder 24, rods 9,
+  // plates 10.
   int views = 0;
   RigSpacing rig = RigSpacing::kEven;
   int width = 640;
   int height = 480;
-  int samples_per_axis = 3;       // rays per pixel and axis
-  double texture_px = 2.5;        // finest wavelength of the texture
-  double shading = 0.5;           // 0 = albedo only, 1 = full shading by a light fixed to the world
-  double relief_px = 5;           // RMS height of relief; occluders and sky's ground a third
-  double gap_px = 4;              // between the plates
-  double noise_sigma = 1.5;       // grey levels
+  int samples_per_axis = 3;  // rays per pixel and axis
+  double texture_px = 2.5;   // finest wavelength of the texture
+  double shading = 0.5;      // 0 = albedo only, 1 = full shading by a light fixed to the world
+  double relief_px = 5;      // RMS height of relief; occluders, boulder and sky's ground a third
+  double gap_px = 4;         // between the plates
+  double noise_sigma = 1.5;  // grey levels
   double exposure_spread = 0.05;  // standard deviation over the views of the gain
   StressKind stress = StressKind::kNone;
-  double pose_noise_px = 0;        // of all views' poses as the scene gives them (WithPoseNoise)
+  // Errors of the cameras as the scene gives them, standard deviations.
+  double pose_noise_px = 0;             // WithPoseNoise
+  double focal_noise = 0;               // WithIntrinsicsNoise: share of the focal length
+  double principal_point_noise_px = 0;  // and of each coordinate
+  // All views are of one camera: the intrinsics have one error, and the model says so.
+  bool one_camera = false;
   double init_edge_px = 40;        // edge length of the initial mesh
   double init_noise_px = 0.5;      // of its vertices along their normals; rods, plates: part of it
   int point_count = 2000;          // sparse points
   double point_noise_px = 0.3;     // standard deviation of each coordinate of a sparse point
+  double track_noise_px = 0;       // of each coordinate of where a photograph shows it
   int truth_point_count = 200000;  // on the whole surface; those seen from < 2 views are dropped
 
   void Describe(OptionSet* set);
@@ -91,6 +99,7 @@ struct SyntheticScene {
   // CV_8UC1 images; image_path is empty; measurements are where the photographs show the points, without
   // point_noise_px.
   Scene scene;
+  std::vector<Camera> true_cameras;  // that took the photographs, one per view
   TriangleMesh truth;  // about a footprint between vertices, wall and ground 1.5, plates 4
   TriangleMesh init;
   std::vector<Eigen::Vector3d> truth_points;   // evenly by area on the truth seen from >= 2 views
@@ -108,6 +117,7 @@ SyntheticScene MakeSyntheticScene(const SyntheticOptions& options, const Triangl
 // two meshes are WriteMesh's (init.ply, truth.ply by custom).
 //   truth_points.ply      truth_points with truth_normals
 //   depth/STEM.tiff       per view, 32-bit float, camera z in world units, 0 = no surface
+//   true_cameras/sparse/  the model with the cameras that took the photographs, COLMAP text
 //   synth.json            every option as used, and the footprint
 // Throws InputError when a file cannot be written.
 void WriteSyntheticTruth(const SyntheticScene& synthetic, const std::filesystem::path& folder);

@@ -136,10 +136,7 @@ SyntheticLayout ScanLayout(const SyntheticOptions& options, const TriangleMesh& 
     vertex = upright * (vertex - center) / radius;
   }
 
-  // Far enough for the unit sphere to fit the narrower field of view.
-  const double half_fov =
-      std::atan(0.5 * std::min(options.width, options.height) / (kFocalPerWidth * options.width));
-  CameraRig rig(options, 1.03 / std::sin(half_fov), {0, 0, 0});
+  CameraRig rig(options, OrbitDistance(options), {0, 0, 0});
   const int views = options.views > 0 ? options.views : 24;
   for (int k = 0; k < views; ++k) {
     const double even = 360.0 * k / views;

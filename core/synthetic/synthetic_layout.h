@@ -25,6 +25,7 @@ SyntheticLayout RodsLayout(const SyntheticOptions& options);
 SyntheticLayout PlatesLayout(const SyntheticOptions& options);
 SyntheticLayout MembraneLayout(const SyntheticOptions& options);
 SyntheticLayout SkyLayout(const SyntheticOptions& options);
+SyntheticLayout BoulderLayout(const SyntheticOptions& options);
 // Throws InputError when the scan has no faces or no extent.
 SyntheticLayout ScanLayout(const SyntheticOptions& options, const TriangleMesh& scan);
 

@@ -1,6 +1,7 @@
 #include "core/synthetic/synthetic_rig.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 namespace burin {
@@ -21,6 +22,12 @@ double PatchFootprint(const SyntheticOptions& options) { return 2 / (kFill * opt
 
 double PatchDistance(const SyntheticOptions& options) {
   return PatchFootprint(options) * kFocalPerWidth * options.width;
+}
+
+double OrbitDistance(const SyntheticOptions& options) {
+  const double half_fov =
+      std::atan(0.5 * std::min(options.width, options.height) / (kFocalPerWidth * options.width));
+  return 1.03 / std::sin(half_fov);
 }
 
 CameraRig::CameraRig(const SyntheticOptions& options, double distance,

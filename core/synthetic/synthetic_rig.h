@@ -20,9 +20,11 @@ enum class LayoutStream : std::uint64_t { kCamera = 1, kRelief, kBump, kPlace, k
 std::uint64_t LayoutSeed(const SyntheticOptions& options, LayoutStream stream);
 
 // World units per px, and the distance of the cameras, where 2 world units at the scene's centre fill
-// 0.92 of the image's width: all scenes but scan.
+// 0.92 of the image's width: all scenes but scan and boulder.
 double PatchFootprint(const SyntheticOptions& options);
 double PatchDistance(const SyntheticOptions& options);
+// Of these two: far enough for the unit sphere to fit the narrower field of view.
+double OrbitDistance(const SyntheticOptions& options);
 
 // Places cameras on spheres around a target; +z is the direction of azimuth and elevation 0, y is
 // up. Every pose gets a small deviation, as a photographer's has. In uneven rigs every third view

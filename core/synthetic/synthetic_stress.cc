@@ -82,6 +82,19 @@ Camera WithPoseNoise(const Camera& truth, double px, const CounterRandom& random
   return camera;
 }
 
+Camera WithIntrinsicsNoise(const Camera& truth, double focal, double px,
+                           const CounterRandom& random, int camera) {
+  const auto first = 3 * static_cast<std::uint64_t>(camera);
+  Camera noisy = truth;
+  // A longer one by 1 + x is as wrong as a shorter one by 1 / (1 + x): never negative.
+  const double factor = std::exp(focal * random.Normal(first));
+  noisy.fx *= factor;
+  noisy.fy *= factor;
+  noisy.cx += px * random.Normal(first + 1);
+  noisy.cy += px * random.Normal(first + 2);
+  return noisy;
+}
+
 Camera Stress::Calibration(int view, int count, const Camera& truth) const {
   if (kind_ != StressKind::kPose || view != count / 2) return truth;
   Camera camera = truth;

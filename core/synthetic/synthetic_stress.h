@@ -42,6 +42,12 @@ struct Exposure {
 // `random` numbers `6 view` to `6 view + 5` are used.
 Camera WithPoseNoise(const Camera& truth, double px, const CounterRandom& random, int view);
 
+// `truth` with an error in what calibration gives: both focal lengths times exp(focal n), the principal point
+// moved by px n along each coordinate, n independent normal numbers. `random` numbers `3 camera` to `3 camera +
+// 2` are used: views of one camera have one error.
+Camera WithIntrinsicsNoise(const Camera& truth, double focal, double px,
+                           const CounterRandom& random, int camera);
+
 class Stress {
  public:
   // `footprint` in world units per px.

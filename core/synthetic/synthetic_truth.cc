@@ -3,6 +3,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/mesh/point_cloud_io.h"
+#include "core/scene/formats/colmap.h"
 #include "core/support/atomic_file.h"
 #include "core/support/error.h"
 #include "core/support/json_file.h"
@@ -31,6 +32,10 @@ void WriteSyntheticTruth(const SyntheticScene& synthetic, const std::filesystem:
     std::filesystem::path name = synthetic.scene.views[v].name;
     WriteDepth(depth_folder / name.replace_extension(".tiff"), synthetic.depth[v]);
   }
+
+  Scene exact = synthetic.scene;
+  for (size_t v = 0; v < exact.views.size(); ++v) exact.views[v].camera = synthetic.true_cameras[v];
+  WriteColmapModel(exact, folder / "true_cameras", /*binary=*/false);
 
   SyntheticOptions options = synthetic.options;
   OptionSet set;

@@ -25,7 +25,7 @@ tau = "0.25,0.5,1"
 sample_count = 2000
 
 [scenes.relief]
-synth = { width = 160, height = 120, views = 4, truth_point_count = 20000 }
+synth = { width = 160, height = 120, views = 4, truth_point_count = 20000, pose_noise_px = 0.3 }
 
 [variants]
 weak.smooth.weight = 15

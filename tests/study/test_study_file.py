@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from conftest import ROOT, TINY, burin_program, study_command, write
 from study.burin_program import Burin
+from study.errors import StudyError
 from study.study_file import read_study
 from study.variants import axis_values, combined
 
@@ -66,6 +67,7 @@ def test_a_variant_overrides_the_base_and_an_axis_both(tmp_path: Path) -> None:
     ("seeds = [-1]\n" + SCENE + AXIS, "seeds", "whole number in"),
     (SCENE + "[scenes.b]\nfolder = 'nowhere'\n" + AXIS, "scenes.b.folder", "no such folder"),
     (SCENE + "[scenes.b]\nmesh = 'm.ply'\n" + AXIS, "scenes.b.mesh", "with a folder"),
+    (SCENE + "[scenes.b]\ncameras = 'm'\n" + AXIS, "scenes.b.cameras", "with a folder"),
     (SCENE + AXIS + "[evaluate]\ntau = '5,x'\n", "evaluate.tau", "refuses"),
     (SCENE + AXIS + "[evaluate]\njson = true\n", "evaluate.json", "not an option"),
 ])
@@ -98,12 +100,27 @@ def test_a_folder_given_beside_the_study_is_a_scene(tmp_path: Path) -> None:
         (folder / name).touch()
     given = {"folder": folder, "mesh": folder / "m.ply", "truth": folder / "t.ply",
              "evaluate": {"align": "rigid"}}
+    burin = Burin(Path(burin_program()))
     for file in sorted((ROOT / "apps/study/studies").glob("*.toml")):
-        study = read_study(file, Burin(Path(burin_program())), given)
+        if file.name == "cameras.toml" and "cameras.refine" not in burin.defaults("refine"):
+            with pytest.raises(StudyError, match="axes.cameras.refine: not an option of burin refine"):
+                read_study(file, burin)
+            continue
+        study = read_study(file, burin, given)
         assert list(study.scenes)[-1] == "fountain"
         assert study.scenes["fountain"].evaluate == {"tau": "5,10,20", "unit": 0.001, "align": "rigid"}
         assert len(study.scenes) > 1
-        assert len(study.variants) > 3
+        assert len(study.variants) > 1
+
+
+def test_the_camera_study_has_two_shapes_two_rigs_and_six_noises() -> None:
+    file = ROOT / "apps/study/studies/cameras.toml"
+    scenes = [scene["synth"] for scene in tomllib.loads(file.read_text(encoding="utf-8"))["scenes"].values()]
+    found = {(scene["scene"], scene["rig"], scene["pose_noise_px"]) for scene in scenes}
+    assert len(scenes) == len(found) == 24
+    assert {noise for _, _, noise in found} == {0, 0.3, 0.6, 1, 2, 4}
+    assert {(shape, rig) for shape, rig, _ in found} == {
+        (shape, rig) for shape in ("occluders", "boulder") for rig in ("even", "uneven")}
 
 
 def test_the_paper_ablation_has_the_columns_of_its_table() -> None:

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 from conftest import REFUSED, TINY, run_study, study_command, write
+from study.jobs import Job
 
 Finished = tuple[Path, subprocess.CompletedProcess]
 
@@ -82,6 +83,34 @@ def test_errors_and_ranks_name_the_share_that_matched_and_within_what(finished: 
     weak = next(line for line in summary if line["variant"] == "weak")
     both = [of_run["weak"][f"{side}_matched"] for side in ("accuracy", "completeness")]
     assert abs(weak["average_matched"] - sum(both) / 2) < 1e-12
+
+
+def test_camera_errors_are_columns(finished: Finished) -> None:
+    output, _ = finished
+    initial, weak = (next(row for row in runs_of(output) if row["variant"] == name)
+                     for name in ("initial mesh", "weak"))
+    assert 0.1 < initial["cameras_px"] < 1
+    assert initial["cameras_px_before"] == weak["cameras_px_before"] == initial["cameras_px"]
+    # Nobody has refined them: the same cameras, measured on another mesh.
+    assert abs(weak["cameras_px"] - weak["cameras_px_before"]) < 0.05
+    command = json.loads((output / "runs/relief-seed1/weak/evaluate.json").read_text())["command"]
+    assert "--scene scenes/relief-seed1 --cameras scenes/relief-seed1/true_cameras" in command
+    assert "cameras, px" in (output / "report.html").read_text(encoding="utf-8")
+
+
+def test_refined_cameras_are_those_that_are_measured(tmp_path: Path) -> None:
+    (tmp_path / "study.json").write_text(json.dumps({
+        "burin": {"path": "burin"}, "variants": {},
+        "instances": {"real": {"folder": "F", "mesh": "M", "truth": "T", "cameras": "C",
+                               "evaluate": {}}}}))
+    job = Job(tmp_path, "real")
+    job.folder = tmp_path / "run"
+    assert job.evaluation("m", job.cameras())[-4:] == ["--scene", "F", "--cameras", "C"]
+    (job.folder / "refine/cameras").mkdir(parents=True)
+    assert job.evaluation("m", job.cameras())[-4:] == ["--scene", str(job.folder / "refine/cameras"),
+                                                       "--cameras", "C"]
+    job.scene["cameras"] = ""
+    assert "--scene" not in job.evaluation("m", job.cameras())
 
 
 def test_the_same_study_again_does_nothing_and_an_edit_only_what_it_must(finished: Finished) -> None:

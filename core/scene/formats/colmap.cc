@@ -26,9 +26,41 @@ std::array<ColmapFiles, 4> CandidatesIn(const fs::path& workspace) {
           ColmapFilesIn(sparse / "0", true), ColmapFilesIn(sparse / "0", false)};
 }
 
+// Whether the folder has a model itself, as sparse/0 of a workspace has.
+bool IsModel(const fs::path& folder) {
+  for (const bool binary : {true, false}) {
+    const ColmapFiles files = ColmapFilesIn(folder, binary);
+    std::error_code error;
+    if (fs::exists(files.cameras, error) && fs::exists(files.images, error)) return true;
+  }
+  return false;
+}
+
+bool HasSparse(const fs::path& path) {
+  std::error_code error;
+  return fs::exists(path / "sparse", error);
+}
+
+// images/ of the workspace: of a model's folder images/ in it or in one of the two above.
+fs::path ImagesOf(const fs::path& path) {
+  if (!HasSparse(path)) {
+    for (const char* above : {".", "..", "../.."}) {
+      const fs::path images = (path / above / "images").lexically_normal();
+      std::error_code error;
+      if (fs::is_directory(images, error)) return images;
+    }
+  }
+  return path / "images";
+}
+
 // The first complete model; else the files of the first incomplete one, for the error of the reader
 // to name what is missing.
 ColmapFiles FindModel(const fs::path& workspace) {
+  if (!HasSparse(workspace) && IsModel(workspace)) {
+    const ColmapFiles binary = ColmapFilesIn(workspace, true);
+    std::error_code error;
+    return fs::exists(binary.cameras, error) ? binary : ColmapFilesIn(workspace, false);
+  }
   const fs::path sparse = workspace / "sparse";
   RequireFolder(sparse);
   const ColmapFiles* incomplete = nullptr;
@@ -102,10 +134,7 @@ void AddPoints(const ColmapModel& model, const std::map<std::uint32_t, int>& ind
 
 }  // namespace
 
-bool IsColmap(const fs::path& path) {
-  std::error_code error;
-  return fs::exists(path / "sparse", error);
-}
+bool IsColmap(const fs::path& path) { return HasSparse(path) || IsModel(path); }
 
 std::vector<fs::path> ColmapModelFiles(const fs::path& workspace) {
   std::vector<fs::path> names;
@@ -125,7 +154,7 @@ PosedScene ReadColmap(const fs::path& workspace, const fs::path& images) {
   for (const ColmapCamera& camera : model.cameras) camera_of_id[camera.id] = &camera;
   PosedScene posed;
   posed.file = files.images;
-  posed.images_folder = images.empty() ? workspace / "images" : images;
+  posed.images_folder = images.empty() ? ImagesOf(workspace) : images;
   std::map<std::uint32_t, int> index_of_image;
   for (const ColmapImage& image : model.images) {
     index_of_image[image.id] = static_cast<int>(posed.images.size());

@@ -1,5 +1,5 @@
 // Reads and writes COLMAP workspaces: a folder with images/ and a sparse model in sparse/ or sparse/0/,
-// as text or binary files.
+// as text or binary files; reads models without a workspace too.
 #pragma once
 
 #include <filesystem>
@@ -10,13 +10,15 @@
 
 namespace burin {
 
-// Whether `path` is a workspace: it has sparse/.
+// Whether `path` is a workspace, which has sparse/, or a model's folder, which has cameras and images, as text or
+// binary files.
 bool IsColmap(const std::filesystem::path& path);
 
 // The names of the files of every model that a workspace may have, there or not.
 std::vector<std::filesystem::path> ColmapModelFiles(const std::filesystem::path& workspace);
 
-// Reads a workspace; `images` = its images/ when empty.
+// Reads a workspace or a model; `images` = images/ of the workspace when empty, and images/ in the model's folder
+// or in one of the two above it.
 //  - The model is taken from sparse/ before sparse/0/, and binary before text, as COLMAP does.
 //  - Points are in ascending order of id, whatever the order in the files.
 //  - PINHOLE and SIMPLE_PINHOLE cameras are taken as they are; SIMPLE_RADIAL, RADIAL and OPENCV cameras

@@ -28,7 +28,7 @@ struct Format {
 
 // The first that recognises a path reads it.
 constexpr Format kFormats[] = {
-    {"COLMAP", "a folder with sparse/", IsColmap, ReadColmap},
+    {"COLMAP", "a folder with sparse/, or a model", IsColmap, ReadColmap},
     {"OpenMVS", "NAME.mvs", IsOpenMvs, ReadOpenMvs},
     {"openMVG", "sfm_data.json", IsOpenMvg, ReadOpenMvg},
     {"NVM", "NAME.nvm", IsNvm, ReadNvm},
