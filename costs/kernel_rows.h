@@ -56,16 +56,19 @@ struct KernelRows {
   static constexpr int kSums = 11;      // fields from kSumMask to kSumShare
   static constexpr int kTapFields = 5;  // from kSumA to kSumShare, from kMaskedA to kMaskedShare
 
-  // Sizes the rows for a tile and clears them. `masked`: some windows may have a mask.
-  void Begin(const Tile& tile, int window_radius, bool masked) {
+  // Sizes the rows for a tile and clears them. `masked`: some windows may have a mask; `gradients`: with
+  // GradientRow() and PairSums().
+  void Begin(const Tile& tile, int window_radius, bool masked, bool gradients) {
     radius = window_radius;
     x_begin = tile.x0 - 2 * radius;
     y_begin = tile.y0 - 3 * radius;
     columns = tile.x1 - tile.x0 + 4 * radius;
     ring = 2 * radius + 1;
     stride = (static_cast<size_t>(columns) + 15) / 16 * 16 + 2 * size_t{kPad};
-    const size_t lines = static_cast<size_t>(kKernelFieldCount) * ring + kScratchRows;
-    memory.Clear((lines + PixelFields<T>::kSumCount) * stride);
+    const size_t lines =
+        static_cast<size_t>(kKernelFieldCount) * ring + kScratchRows + PixelFields<T>::kSumCount;
+    const size_t more = gradients ? PairFields<T>::kCount + 2 * static_cast<size_t>(ring) : 0;
+    memory.Clear((lines + more) * stride);
     slots.resize(tile.y1 - tile.y0 + 6 * radius);
     for (size_t k = 0; k < slots.size(); ++k) slots[k] = static_cast<int>(k) % ring;
     used.assign(ring, 0);
@@ -86,6 +89,13 @@ struct KernelRows {
   T* Scratch(int k) { return Line(static_cast<size_t>(kKernelFieldCount) * ring + k); }
   // Room for PixelFields::kSumCount numbers an element.
   T* PixelSums() { return Scratch(kScratchRows); }
+  // Room for PairFields::kCount numbers an element; the gradient of W in the second image along x (k = 0)
+  // and y (1) in row y.
+  T* PairSums() { return Scratch(kScratchRows + PixelFields<T>::kSumCount); }
+  T* GradientRow(int k, int y) {
+    return Scratch(kScratchRows + PixelFields<T>::kSumCount + PairFields<T>::kCount + k * ring +
+                   static_cast<int>(Slot(y)));
+  }
   // Sum of the held rows of a field from kSumMask to kSumShare where RowsAreSummed().
   double* Running(int field) { return running.data() + (field - kSumMask) * stride; }
   char& Used(int y) { return used[Slot(y)]; }

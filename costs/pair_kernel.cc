@@ -41,17 +41,21 @@ HWY_ATTR int64_t AddCosts(const PairInput<T>& input, const Tile& tile, int y, Ke
   return counted;
 }
 
+enum class Wanted { kCost, kDerivatives, kPair };
+
 // kRadius: of the windows where they are common, else 0.
-template <bool kDerivatives, int kRadius, typename T>
+template <Wanted kWanted, int kRadius, typename T>
 HWY_ATTR int64_t AddRows(const PairInput<T>& input, const Tile& tile, KernelRows<T>* rows,
-                         PixelFields<T>* fields) {
+                         PixelFields<T>* fields, PairFields<T>* pair) {
+  constexpr bool kDerivatives = kWanted != Wanted::kCost;
+  constexpr bool kPair = kWanted == Wanted::kPair;
   const int radius = input.radius;
   const int halo = kDerivatives ? 2 * radius : radius;
   const bool has_masks = input.masks != nullptr;
-  rows->Begin(tile, radius, has_masks);
+  rows->Begin(tile, radius, has_masks, kPair);
   int64_t counted = 0;
   for (int y = tile.y0 - halo; y < tile.y1 + halo; ++y) {
-    WarpRow<kDerivatives>(input, y, rows);
+    WarpRow<kDerivatives, kPair>(input, y, rows);
     SumRow<kRadius>(y, rows);
     const int scored = y - radius;
     if (scored < tile.y0 - (halo - radius) || scored >= tile.y1 + (halo - radius)) continue;
@@ -71,37 +75,44 @@ HWY_ATTR int64_t AddRows(const PairInput<T>& input, const Tile& tile, KernelRows
     SumScores<kRadius>(scored, rows);
     const int done = scored - radius;
     if (done >= tile.y0 && done < tile.y1 && rows->Used(done) != 0) {
-      DifferentiateRow<kRadius>(input, tile, done, rows, fields);
+      DifferentiateRow<kRadius, kPair>(input, tile, done, rows, fields, pair);
     }
   }
   return counted;
 }
 
-template <bool kDerivatives, typename T>
+template <Wanted kWanted, typename T>
 int64_t AddTileRows(const PairInput<T>& input, const Tile& tile, KernelRows<T>* rows,
-                    PixelFields<T>* fields) {
+                    PixelFields<T>* fields, PairFields<T>* pair) {
   switch (input.radius) {
     case 1:
-      return AddRows<kDerivatives, 1>(input, tile, rows, fields);
+      return AddRows<kWanted, 1>(input, tile, rows, fields, pair);
     case 2:
-      return AddRows<kDerivatives, 2>(input, tile, rows, fields);
+      return AddRows<kWanted, 2>(input, tile, rows, fields, pair);
     case 3:
-      return AddRows<kDerivatives, 3>(input, tile, rows, fields);
+      return AddRows<kWanted, 3>(input, tile, rows, fields, pair);
     default:
-      return AddRows<kDerivatives, 0>(input, tile, rows, fields);
+      return AddRows<kWanted, 0>(input, tile, rows, fields, pair);
   }
+}
+
+template <typename T>
+int64_t AddTileIn(const PairInput<T>& input, const Tile& tile, bool derivatives,
+                  KernelRows<T>* rows, PixelFields<T>* fields, PairFields<T>* pair) {
+  if (pair != nullptr) return AddTileRows<Wanted::kPair>(input, tile, rows, fields, pair);
+  return derivatives ? AddTileRows<Wanted::kDerivatives>(input, tile, rows, fields, pair)
+                     : AddTileRows<Wanted::kCost>(input, tile, rows, fields, pair);
 }
 
 // What the dispatch tables point to: no templates there.
 int64_t AddTileFloat(const PairInput<float>& input, const Tile& tile, bool derivatives,
-                     KernelRows<float>* rows, PixelFields<float>* fields) {
-  return derivatives ? AddTileRows<true>(input, tile, rows, fields)
-                     : AddTileRows<false>(input, tile, rows, fields);
+                     KernelRows<float>* rows, PixelFields<float>* fields, PairFields<float>* pair) {
+  return AddTileIn(input, tile, derivatives, rows, fields, pair);
 }
 int64_t AddTileDouble(const PairInput<double>& input, const Tile& tile, bool derivatives,
-                      KernelRows<double>* rows, PixelFields<double>* fields) {
-  return derivatives ? AddTileRows<true>(input, tile, rows, fields)
-                     : AddTileRows<false>(input, tile, rows, fields);
+                      KernelRows<double>* rows, PixelFields<double>* fields,
+                      PairFields<double>* pair) {
+  return AddTileIn(input, tile, derivatives, rows, fields, pair);
 }
 
 const char* TargetName() { return hwy::TargetName(HWY_TARGET); }
@@ -139,11 +150,11 @@ PairKernel<T>::~PairKernel() = default;
 
 template <typename T>
 int64_t PairKernel<T>::AddTile(const PairInput<T>& input, const Tile& tile, bool derivatives,
-                               PixelFields<T>* fields) {
+                               PixelFields<T>* fields, PairFields<T>* pair) {
   if constexpr (sizeof(T) == sizeof(float)) {
-    return HWY_DYNAMIC_DISPATCH(AddTileFloat)(input, tile, derivatives, rows_.get(), fields);
+    return HWY_DYNAMIC_DISPATCH(AddTileFloat)(input, tile, derivatives, rows_.get(), fields, pair);
   } else {
-    return HWY_DYNAMIC_DISPATCH(AddTileDouble)(input, tile, derivatives, rows_.get(), fields);
+    return HWY_DYNAMIC_DISPATCH(AddTileDouble)(input, tile, derivatives, rows_.get(), fields, pair);
   }
 }
 

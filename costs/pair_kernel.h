@@ -79,6 +79,20 @@ struct PixelFields {
   void Clear(size_t begin, size_t end);                      // zeros in pixels [begin, end)
 };
 
+// What the derivatives by cameras need of a pixel for one pair, one after the other; set in Omega_ij alone.
+template <typename T>
+struct PairFields {
+  enum Field {
+    kDerivative,  // dE/dW
+    kWeight,      // w
+    kGradientX,   // of J at q, per pixel
+    kGradientY,
+    kCount
+  };
+  std::vector<T> values;  // of all pixels of the view
+  const T* Of(size_t pixel) const { return values.data() + pixel * kCount; }
+};
+
 struct Tile {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  // pixels [x0, x1) x [y0, y1)
 };
@@ -93,9 +107,10 @@ class PairKernel {
   PairKernel();
   ~PairKernel();
   // Adds the pair's cost and, with `derivatives`, slope, curvature and share of the tile's pixels
-  // to `fields`. Returns the number of windows that counted (centres in the tile).
+  // to `fields`, and sets those of the pair where it is not null. Returns the number of windows that counted
+  // (centres in the tile).
   int64_t AddTile(const PairInput<T>& input, const Tile& tile, bool derivatives,
-                  PixelFields<T>* fields);
+                  PixelFields<T>* fields, PairFields<T>* pair = nullptr);
 
  private:
   std::unique_ptr<KernelRows<T>> rows_;

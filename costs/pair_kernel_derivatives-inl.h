@@ -17,10 +17,11 @@ namespace burin {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Adds cost, slope, curvature and share of the tile's pixels of row y to `fields`.
-template <int kRadius, typename T>
+// Adds cost, slope, curvature and share of the tile's pixels of row y to `fields`; with kPair sets those of
+// the pair.
+template <int kRadius, bool kPair, typename T>
 HWY_ATTR void DifferentiateRow(const PairInput<T>& input, const Tile& tile, int y,
-                               KernelRows<T>* rows, PixelFields<T>* fields) {
+                               KernelRows<T>* rows, PixelFields<T>* fields, PairFields<T>* pair) {
   const KernelTag<T> d;
   using V = hn::Vec<decltype(d)>;
   const int lanes = static_cast<int>(hn::Lanes(d));
@@ -49,11 +50,19 @@ HWY_ATTR void DifferentiateRow(const PairInput<T>& input, const Tile& tile, int 
     hn::StoreInterleaved4(hn::Load(d, cost + x), hn::Mul(derivative, dw),
                           hn::Mul(c, hn::Mul(dw, dw)), hn::Mul(tap_share, hn::Load(d, mask + x)), d,
                           sums_here + static_cast<ptrdiff_t>(x) * kCount);
+    if (!kPair) continue;
+    hn::StoreInterleaved4(derivative, c, hn::Load(d, rows->GradientRow(0, y) + x),
+                          hn::Load(d, rows->GradientRow(1, y) + x), d,
+                          rows->PairSums() + static_cast<ptrdiff_t>(x) * PairFields<T>::kCount);
   }
   sums_here += static_cast<ptrdiff_t>(tile.x0 - rows->x_begin) * kCount;
   T* HWY_RESTRICT out =
       fields->sums.data() + (static_cast<size_t>(y) * input.width + tile.x0) * kCount;
   for (int k = 0; k < (tile.x1 - tile.x0) * kCount; ++k) out[k] += sums_here[k];
+  if (!kPair) return;
+  constexpr ptrdiff_t kFields = PairFields<T>::kCount;
+  std::copy_n(rows->PairSums() + (tile.x0 - rows->x_begin) * kFields, (tile.x1 - tile.x0) * kFields,
+              pair->values.data() + (static_cast<ptrdiff_t>(y) * input.width + tile.x0) * kFields);
 }
 
 }  // namespace HWY_NAMESPACE

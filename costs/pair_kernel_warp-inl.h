@@ -23,8 +23,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 template <typename T>
 using KernelTag = hn::CappedTag<T, 16>;
 
-// Fills kMask, kI, kW and, with kDerivatives, kD of row y.
-template <bool kDerivatives, typename T>
+// Fills kMask, kI, kW and, with kDerivatives, kD of row y; with kGradients GradientRow() too.
+template <bool kDerivatives, bool kGradients, typename T>
 HWY_ATTR void WarpRow(const PairInput<T>& input, int y, KernelRows<T>* rows) {
   const KernelTag<T> d;
   using V = hn::Vec<decltype(d)>;
@@ -52,7 +52,7 @@ HWY_ATTR void WarpRow(const PairInput<T>& input, int y, KernelRows<T>* rows) {
     std::fill(intensity, intensity + columns, T(0));
     std::fill(warped, warped + columns, T(0));
     std::fill(slope, slope + columns, T(0));
-    return;
+    return;  // gradients are read in Omega_ij alone
   }
 
   // Copies, because vectors may read beyond the row.
@@ -100,6 +100,9 @@ HWY_ATTR void WarpRow(const PairInput<T>& input, int y, KernelRows<T>* rows) {
     const V dy = hn::NegMulAdd(qy, ez, ey);
     const V derivative = hn::Mul(hn::MulAdd(gx, dx, hn::Mul(gy, dy)), inverse);
     hn::Store(hn::IfThenElseZero(valid, derivative), d, slope + x);
+    if (!kGradients) continue;
+    hn::Store(gx, d, rows->GradientRow(0, y) + x);
+    hn::Store(gy, d, rows->GradientRow(1, y) + x);
   }
 }
 

@@ -9,6 +9,7 @@
 #include "core/solve/symmetric_matrix.h"
 #include "core/support/parallel.h"
 #include "core/support/stopwatch.h"
+#include "costs/camera_pair_blocks.h"
 #include "costs/facet_blocks.h"
 
 namespace burin {
@@ -36,11 +37,15 @@ void PhotometricRound::AddBlocks(RoundEnergy* energy) {
   auto blocks = std::make_unique<FacetBlocks>(this);
   blocks_ = blocks.get();
   energy->Add(std::move(blocks));
+  if (parameters_->cameras.empty()) return;
+  CHECK_EQ(parameters_->cameras.size(), context_.views->size());
+  energy->Add(std::make_unique<CameraPairBlocks>(this, energy->FirstCamera()));
 }
 
 void PhotometricRound::MarkSupported(const std::vector<Eigen::Vector3d>& vertices,
                                      std::vector<char>* supported) {
-  Evaluate(vertices, /*derivatives=*/true);
+  const std::vector<CameraPose> none;
+  Evaluate(vertices, parameters_ != nullptr ? parameters_->cameras : none, /*derivatives=*/true);
   for (size_t f = 0; f < context_.mesh->faces.size(); ++f) {
     // Every tap has a share of its window's cost (costs/patch_cost.h), 1 - z > 0.
     if (output_.sums.Cost(3 * f) + output_.sums.Cost(3 * f + 1) + output_.sums.Cost(3 * f + 2) <=
@@ -53,8 +58,18 @@ void PhotometricRound::MarkSupported(const std::vector<Eigen::Vector3d>& vertice
 
 void PhotometricRound::PrepareForEvaluation(bool /*evaluate_jacobians*/,
                                             bool /*new_evaluation_point*/) {
-  Evaluate(parameters_->vertices, /*derivatives=*/true);
+  Evaluate(parameters_->vertices, parameters_->cameras, /*derivatives=*/true);
   blocks_->FactorForCeres();
+}
+
+void PhotometricRound::SetPoint(const std::vector<Eigen::Vector3d>& vertices,
+                                const std::vector<CameraPose>& poses) {
+  CHECK(poses.empty() || poses.size() == context_.views->size());
+  positions_ = vertices;
+  poses_ = poses;
+  cameras_.clear();
+  for (const LevelView& view : *context_.views) cameras_.push_back(view.camera);
+  for (size_t i = 0; i < poses.size(); ++i) SetPose(poses[i], &cameras_[i]);
 }
 
 void PhotometricRound::EvaluateSample(const PairSample& sample, bool squares_only,
@@ -77,17 +92,25 @@ void PhotometricRound::EvaluateSample(const PairSample& sample, bool squares_onl
   input.sample = &sample;
   input.squares_only = squares_only;
   for (size_t i = 0; i < sample.partners.size(); ++i) {
-    view_evaluation_->Add(input, static_cast<int>(i), positions_, derivatives, &output_);
+    view_evaluation_->Add(input, static_cast<int>(i), {&positions_, &cameras_}, derivatives,
+                          &output_);
   }
 }
 
-double PhotometricRound::Evaluate(const std::vector<Eigen::Vector3d>& vertices, bool derivatives) {
-  const bool same = have_energy_ && positions_ == vertices;
+double PhotometricRound::Evaluate(const std::vector<Eigen::Vector3d>& vertices,
+                                  const std::vector<CameraPose>& poses, bool derivatives) {
+  const bool same = have_energy_ && positions_ == vertices && poses_ == poses;
   if (same && (have_derivatives_ || !derivatives)) return energy_;
   FinishFreeze();
   const Stopwatch watch;
-  positions_ = vertices;
+  SetPoint(vertices, poses);
+  if (derivatives && !poses.empty()) {
+    if (camera_sums_.first_pair.empty()) camera_sums_.MakePattern(context_, windows_.used);
+    camera_sums_.Clear(options_.double_precision);
+    output_.cameras = &camera_sums_;
+  }
   EvaluateSample(windows_.used, /*squares_only=*/false, derivatives);
+  output_.cameras = nullptr;
   energy_ = ChunkedSum(static_cast<int>(output_.sums.size()), [&](int begin, int end) {
     double part = 0;
     for (int k = begin; k < end; ++k) part += output_.sums.Cost(k);
@@ -101,11 +124,12 @@ double PhotometricRound::Evaluate(const std::vector<Eigen::Vector3d>& vertices, 
 }
 
 std::vector<FacetScore> PhotometricRound::FacetScores(const std::vector<Eigen::Vector3d>& vertices,
-                                                      Windows windows, bool derivatives) {
+                                                      Windows windows, bool derivatives,
+                                                      const std::vector<CameraPose>& poses) {
   FinishFreeze();
   std::vector<FacetScore> scores(context_.mesh->faces.size());
   const int64_t windows_before = output_.windows;
-  positions_ = vertices;
+  SetPoint(vertices, poses);
   output_.scores = &scores;
   if (windows == Windows::kUsed) {
     EvaluateSample(windows_.used, /*squares_only=*/false, derivatives);

@@ -14,6 +14,9 @@
 // matrix: H - (Gauss-Newton matrix of the windows) is positive semi-definite. Sums are in double,
 // fields in single precision unless options ask for double. Held constant during a round: which
 // facet each pixel sees, Omega_ij, occlusion masks, window weights.
+//
+// Where cameras move (RoundParameters::cameras) the rays of a view move with its camera, and an evaluation leaves the
+// derivatives by cameras too (costs/camera_sums.h).
 #pragma once
 
 #include <ceres/evaluation_callback.h>
@@ -40,7 +43,8 @@ class PhotometricRound : public TermRound, public ceres::EvaluationCallback {
 
   void AddBlocks(RoundEnergy* energy) override;
   void FinishFreeze() override;  // the masks
-  // The vertices of facets with a tap of a window that counts. An evaluation, which is remembered.
+  // The vertices of facets with a tap of a window that counts, with the cameras of the energy given to
+  // AddBlocks. An evaluation, which is remembered.
   void MarkSupported(const std::vector<Eigen::Vector3d>& vertices,
                      std::vector<char>* supported) override;
   ceres::EvaluationCallback* Callback() override { return this; }
@@ -54,12 +58,21 @@ class PhotometricRound : public TermRound, public ceres::EvaluationCallback {
   // same point, whenever they accept the step.
   void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
 
-  // Energy at given positions; with derivatives fills corner_sums(). Does nothing when the last
-  // call was for the same positions and had what is asked for.
-  double Evaluate(const std::vector<Eigen::Vector3d>& vertices, bool derivatives);
+  // Energy at given positions and poses of the cameras (none = those of the context's views); with derivatives
+  // fills corner_sums(), and camera_sums() where there are poses. Does nothing when the last call was
+  // for the same and had what is asked for.
+  double Evaluate(const std::vector<Eigen::Vector3d>& vertices, bool derivatives) {
+    return Evaluate(vertices, {}, derivatives);
+  }
+  double Evaluate(const std::vector<Eigen::Vector3d>& vertices,
+                  const std::vector<CameraPose>& poses, bool derivatives);
 
   // Sums of corner c of facet f at 3 f + c, as of the last Evaluate() with derivatives.
   const CornerSumsList& corner_sums() const { return output_.sums; }
+  // Of all pairs, as of the last Evaluate() with derivatives and poses.
+  const CameraSums& camera_sums() const { return camera_sums_; }
+  // The last evaluated ones.
+  const std::vector<CameraPose>& poses() const { return poses_; }
   // Area normals of the facets at the last evaluated positions.
   const std::vector<Eigen::Vector3d>& facet_normals() const { return normals_; }
   const RoundContext& context() const { return context_; }
@@ -69,11 +82,12 @@ class PhotometricRound : public TermRound, public ceres::EvaluationCallback {
   // Evaluate() is a real one. With derivatives corner_sums() and facet_normals() are left filled.
   enum class Windows { kUsed, kHeldBack };
   std::vector<FacetScore> FacetScores(const std::vector<Eigen::Vector3d>& vertices, Windows windows,
-                                      bool derivatives);
+                                      bool derivatives, const std::vector<CameraPose>& poses = {});
 
   const WindowMasks& masks(int view);
 
  private:
+  void SetPoint(const std::vector<Eigen::Vector3d>& vertices, const std::vector<CameraPose>& poses);
   void EvaluateSample(const PairSample& sample, bool squares_only, bool derivatives);
 
   const PhotometricOptions options_;
@@ -86,10 +100,13 @@ class PhotometricRound : public TermRound, public ceres::EvaluationCallback {
   FacetBlocks* blocks_ = nullptr;  // owned by the round's energy
 
   std::vector<Eigen::Vector3d> positions_;  // last evaluated
+  std::vector<CameraPose> poses_;           // likewise; empty where cameras do not move
+  std::vector<Camera> cameras_;             // of all views, likewise
   bool have_energy_ = false;
   bool have_derivatives_ = false;
   double energy_ = 0;
   ViewEvaluation::Output output_;
+  CameraSums camera_sums_;
   std::vector<Eigen::Vector3d> normals_;  // area normals of the facets
   int64_t evaluations_ = 0;
   double seconds_ = 0;

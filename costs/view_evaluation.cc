@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <memory>
 #include <opencv2/core.hpp>
 
 #include "core/support/parallel.h"
@@ -57,8 +58,8 @@ class ViewEvaluationIn : public ViewEvaluation {
     });
   }
 
-  void Add(const Input& frozen, int view, const std::vector<Eigen::Vector3d>& positions,
-           bool derivatives, Output* output) override {
+  void Add(const Input& frozen, int view, const Point& point, bool derivatives,
+           Output* output) override {
     const ViewDomain& domain = (*frozen.context->domains)[view];
     const std::vector<Eigen::Vector3i>& faces = frozen.context->mesh->faces;
     const std::vector<ViewTile>& tiles = frozen.sample->tiles[view];
@@ -76,10 +77,10 @@ class ViewEvaluationIn : public ViewEvaluation {
     });
     pencils_.resize(facets);
     inverse_depth_.resize(pixels);  // outside the facets' pixels anything
-    const ViewRays rays((*views_)[view].camera);
+    const ViewRays rays((*point.cameras)[view]);
     ParallelFor(facets, kFacetGrain, [&](int begin, int end) {
       for (int k = begin; k < end; ++k) {
-        pencils_[k] = MakeFacetPencil(positions, faces[domain.facet[k]], rays);
+        pencils_[k] = MakeFacetPencil(*point.positions, faces[domain.facet[k]], rays);
         const InverseDepthPlane plane = pencils_[k].InverseDepth();
         for (const ImagePixel pixel : domain.PixelsOf(k)) {
           inverse_depth_[pixel.index] = static_cast<T>(plane.At(pixel.x(), pixel.y()));
@@ -87,17 +88,21 @@ class ViewEvaluationIn : public ViewEvaluation {
       }
     });
 
-    const std::vector<PairInput<T>> inputs = PairInputs(frozen, view);
-    std::atomic<int64_t> counted{0};
-    ParallelFor(static_cast<int>(tiles.size()), 1, [&](int begin, int end) {
-      static thread_local PairKernel<T> kernel;
-      for (int t = begin; t < end; ++t) {
-        for (int b : tiles[t].partners) {
-          counted += kernel.AddTile(inputs[b], tiles[t].tile, derivatives, &fields_);
+    const std::vector<PairInput<T>> inputs = PairInputs(frozen, view, *point.cameras);
+    if (output->cameras != nullptr) {
+      AddByPair(frozen, view, point, inputs, output);
+    } else {
+      std::atomic<int64_t> counted{0};
+      ParallelFor(static_cast<int>(tiles.size()), 1, [&](int begin, int end) {
+        static thread_local PairKernel<T> kernel;
+        for (int t = begin; t < end; ++t) {
+          for (int b : tiles[t].partners) {
+            counted += kernel.AddTile(inputs[b], tiles[t].tile, derivatives, &fields_);
+          }
         }
-      }
-    });
-    output->windows += counted;
+      });
+      output->windows += counted;
+    }
 
     ParallelFor(facets, kFacetGrain, [&](int begin, int end) {
       for (int k = begin; k < end; ++k) {
@@ -111,7 +116,39 @@ class ViewEvaluationIn : public ViewEvaluation {
   }
 
  private:
-  std::vector<PairInput<T>> PairInputs(const Input& frozen, int view) const {
+  // The tiles of one partner after the other, each followed by its sums for cameras: their fields are kept
+  // of one pair at a time.
+  void AddByPair(const Input& frozen, int view, const Point& point,
+                 const std::vector<PairInput<T>>& inputs, Output* output) {
+    if (gather_ == nullptr) gather_ = std::make_unique<CameraGather<T>>();
+    gather_->BeginView({frozen.context, view, point.cameras, &pencils_, inverse_depth_.data()});
+    pair_fields_.values.resize(inverse_depth_.size() * PairFields<T>::kCount);
+    for (size_t b = 0; b < inputs.size(); ++b) {
+      std::vector<Tile> tiles;
+      for (const ViewTile& entry : frozen.sample->tiles[view]) {
+        const std::vector<int>& partners = entry.partners;
+        if (std::binary_search(partners.begin(), partners.end(), static_cast<int>(b))) {
+          tiles.push_back(entry.tile);
+        }
+      }
+      if (tiles.empty()) continue;
+      std::atomic<int64_t> counted{0};
+      ParallelFor(static_cast<int>(tiles.size()), 1, [&](int begin, int end) {
+        static thread_local PairKernel<T> kernel;
+        for (int t = begin; t < end; ++t) {
+          counted +=
+              kernel.AddTile(inputs[b], tiles[t], /*derivatives=*/true, &fields_, &pair_fields_);
+        }
+      });
+      output->windows += counted;
+      CameraSums* cameras = output->cameras;
+      gather_->AddPair(pair_fields_, inputs[b].domain,
+                       &cameras->pairs[cameras->first_pair[view] + b], &cameras->coupling);
+    }
+  }
+
+  std::vector<PairInput<T>> PairInputs(const Input& frozen, int view,
+                                       const std::vector<Camera>& cameras) const {
     const ViewPartners& partners = *frozen.sample->partners[view];
     const PartnerBits& used = frozen.sample->Pixels(view);
     const WindowMasks& masks = frozen.windows->masks[view];
@@ -126,7 +163,7 @@ class ViewEvaluationIn : public ViewEvaluation {
       input.inverse_depth = inverse_depth_.data();
       input.domain = used.Of(b);
       input.second = &splines_[second];
-      FillWarp((*views_)[view].camera, (*views_)[second].camera, input.warp, input.epipole);
+      FillWarp(cameras[view], cameras[second], input.warp, input.epipole);
       input.radius = options_.window / 2;
       input.variance_floor = 1;
       const double noise_i = (*views_)[view].noise_sigma / units_[view].unit;
@@ -222,6 +259,8 @@ class ViewEvaluationIn : public ViewEvaluation {
   std::vector<FacetPencil> pencils_;
   std::vector<T> inverse_depth_;
   PixelFields<T> fields_;
+  PairFields<T> pair_fields_;  // where cameras move
+  std::unique_ptr<CameraGather<T>> gather_;
 };
 
 }  // namespace

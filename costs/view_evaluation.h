@@ -7,7 +7,9 @@
 #include <memory>
 #include <vector>
 
+#include "core/scene/camera.h"
 #include "core/solve/energy_term.h"
+#include "costs/camera_sums.h"
 #include "costs/corner_sums.h"
 #include "costs/frozen_windows.h"
 #include "costs/photometric_options.h"
@@ -29,18 +31,24 @@ class ViewEvaluation {
     const PairSample* sample = nullptr;  // of the round
     bool squares_only = false;           // scores of the windows of HeldBackSquares alone
   };
+  // Where the energy is evaluated.
+  struct Point {
+    const std::vector<Eigen::Vector3d>* positions = nullptr;
+    const std::vector<Camera>* cameras = nullptr;  // of all views
+  };
   struct Output {
     CornerSumsList sums;                        // of corner c of facet f at 3 f + c
     std::vector<FacetScore>* scores = nullptr;  // per facet; null = not wanted
+    CameraSums* cameras = nullptr;              // null = not wanted; else with derivatives
     int64_t windows = 0;                        // that counted
   };
 
   virtual ~ViewEvaluation() = default;
   // The views of a level, with their images; they outlive its evaluations.
   virtual void BeginLevel(const std::vector<LevelView>& views) = 0;
-  // Adds the view's pairs at `positions` to `output`; slopes and curvatures with `derivatives`.
-  virtual void Add(const Input& input, int view, const std::vector<Eigen::Vector3d>& positions,
-                   bool derivatives, Output* output) = 0;
+  // Adds the view's pairs at `point` to `output`; slopes and curvatures with `derivatives`.
+  virtual void Add(const Input& input, int view, const Point& point, bool derivatives,
+                   Output* output) = 0;
 
   // Fields in double or single precision, as the options say. `options` is kept.
   static std::unique_ptr<ViewEvaluation> Make(const PhotometricOptions& options);

@@ -32,6 +32,8 @@ struct CostFunctions {
   std::vector<ceres::LossFunction*> losses;
 };
 
+class CameraCoupling;
+
 class EnergyBlocks {
  public:
   virtual ~EnergyBlocks() = default;
@@ -51,6 +53,11 @@ class EnergyBlocks {
   // there is no finite value here.
   virtual bool Evaluate(int k, const TangentDirections* directions, double* energy,
                         double* gradient, double* curvature) const = 0;
+
+  // Curvature between vertices and cameras beside that of the blocks, as of the last Prepare() with curvature; null =
+  // none. A block itself has either cameras or others among its parameters. That of all blocks together stays
+  // positive semi-definite.
+  virtual const CameraCoupling* Coupling() const { return nullptr; }
 
   // Cost functions with the same sum, gradient and curvature: of these blocks or, where another cut suits residuals
   // better, of others. This outlives them.

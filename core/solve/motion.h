@@ -1,16 +1,23 @@
-// Motion of a vertex along one fixed direction, as a Ceres manifold on its position.
-//
-//   Plus(x, h) = x + h N,  Minus(y, x) = N . (y - x),  N a unit vector fixed for the round
-//
-// "The surface evolves along its normal" (Romanoni & Matteucci, section 3): one degree of freedom.
+// How the unknowns of a round move, as manifolds of Ceres.
 #pragma once
 
 #include <ceres/manifold.h>
+#include <ceres/product_manifold.h>
 
 #include <Eigen/Core>
 
 namespace burin {
 
+// A camera (core/scene/camera_pose.h): Plus(pose, d) turns it by R <- Exp(2 d_0..2) R and moves its centre by d_3..5.
+// (A turn by the rotation vector w is Ceres' quaternion step w / 2.)
+using PoseManifold =
+    ceres::ProductManifold<ceres::EigenQuaternionManifold, ceres::EuclideanManifold<3>>;
+
+// A vertex along one fixed direction.
+//
+//   Plus(x, h) = x + h N,  Minus(y, x) = N . (y - x),  N a unit vector fixed for the round
+//
+// "The surface evolves along its normal" (Romanoni & Matteucci, section 3): one degree of freedom.
 class LineAlongNormal : public ceres::Manifold {
  public:
   explicit LineAlongNormal(const Eigen::Vector3d& direction) : direction_(direction) {}

@@ -17,8 +17,8 @@ constexpr int kBlockGrain = 1024;
 
 RoundEnergy::RoundEnergy(RoundParameters* parameters)
     : parameters_(parameters),
-      constant_(parameters->vertices.size(), 0),
-      manifolds_(parameters->vertices.size(), nullptr) {}
+      constant_(parameters->vertices.size() + parameters->cameras.size(), 0),
+      manifolds_(constant_.size(), nullptr) {}
 
 RoundEnergy::~RoundEnergy() = default;
 
@@ -58,6 +58,13 @@ int RoundEnergy::NumberOf(double* values, int size) {
     CHECK_EQ(size, 3);
     return static_cast<int>(offset / 3);
   }
+  std::vector<CameraPose>& cameras = parameters_->cameras;
+  if (!cameras.empty() && values >= cameras.front().data() && values <= cameras.back().data()) {
+    const ptrdiff_t offset = values - cameras.front().data();
+    CHECK_EQ(offset % CameraPose::kSize, 0) << "not the first number of a camera";
+    CHECK_EQ(size, CameraPose::kSize);
+    return FirstCamera() + static_cast<int>(offset / CameraPose::kSize);
+  }
   const auto [entry, is_new] = extra_numbers_.emplace(values, ParameterCount());
   if (is_new) {
     extras_.push_back({values, size});
@@ -71,14 +78,14 @@ int RoundEnergy::NumberOf(double* values, int size) {
 int RoundEnergy::ParameterCount() const { return static_cast<int>(constant_.size()); }
 
 double* RoundEnergy::Values(int parameter) const {
-  const auto vertices = static_cast<int>(parameters_->vertices.size());
-  return parameter < vertices ? parameters_->vertices[parameter].data()
-                              : extras_[parameter - vertices].values;
+  if (parameter < FirstCamera()) return parameters_->vertices[parameter].data();
+  if (IsCamera(parameter)) return parameters_->cameras[parameter - FirstCamera()].data();
+  return extras_[parameter - FirstExtra()].values;
 }
 
 int RoundEnergy::Size(int parameter) const {
-  const auto vertices = static_cast<int>(parameters_->vertices.size());
-  return parameter < vertices ? 3 : extras_[parameter - vertices].size;
+  if (parameter < FirstCamera()) return 3;
+  return IsCamera(parameter) ? CameraPose::kSize : extras_[parameter - FirstExtra()].size;
 }
 
 int RoundEnergy::TangentSize(int parameter) const {

@@ -16,6 +16,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "core/scene/camera_pose.h"
 #include "core/solve/energy_blocks.h"
 
 namespace burin {
@@ -27,6 +28,9 @@ class CostFunctionBlocks;
 struct RoundParameters {
   std::vector<Eigen::Vector3d>
       vertices;  // normalised world; blocks of size 3, numbered as they are
+  // Of all views of the round's context, in its world; blocks of size 7, numbered after the vertices. Empty: the
+  // cameras of the views as they are, and nothing is computed for them.
+  std::vector<CameraPose> cameras = {};
 };
 
 class RoundEnergy {
@@ -57,6 +61,12 @@ class RoundEnergy {
 
   // Parameter blocks.
   int ParameterCount() const;
+  // That of the first camera; they end CameraCount() later.
+  int FirstCamera() const { return static_cast<int>(parameters_->vertices.size()); }
+  int CameraCount() const { return static_cast<int>(parameters_->cameras.size()); }
+  bool IsCamera(int parameter) const {
+    return parameter >= FirstCamera() && parameter < FirstCamera() + CameraCount();
+  }
   double* Values(int parameter) const;
   int Size(int parameter) const;
   int TangentSize(int parameter) const;
@@ -80,6 +90,7 @@ class RoundEnergy {
     int size;
   };
   int NumberOf(double* values, int size);
+  int FirstExtra() const { return FirstCamera() + CameraCount(); }
 
   RoundParameters* const parameters_;
   std::vector<Extra> extras_;

@@ -1,0 +1,276 @@
+#include "costs/camera_sums.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cstdint>
+
+#include "core/support/parallel.h"
+
+namespace burin {
+namespace {
+
+constexpr int kFacetGrain = 512;
+constexpr int kVertexGrain = 512;
+constexpr int kUnknowns = 12;
+
+// Bits of the cameras of each vertex.
+class CameraBits {
+ public:
+  CameraBits(size_t vertices, size_t cameras)
+      : cameras_(cameras), words_((cameras + 63) / 64), bits_(vertices * words_, 0) {}
+  void Set(int vertex, int camera) {
+    bits_[vertex * words_ + camera / 64] |= uint64_t{1} << (camera % 64);
+  }
+  Adjacency Lists() const {
+    Adjacency lists;
+    lists.start.push_back(0);
+    for (size_t first = 0; first < bits_.size(); first += words_) {
+      for (size_t camera = 0; camera < cameras_; ++camera) {
+        if ((bits_[first + camera / 64] >> (camera % 64) & 1) != 0) {
+          lists.index.push_back(static_cast<int>(camera));
+        }
+      }
+      lists.start.push_back(static_cast<int>(lists.index.size()));
+    }
+    lists.index.shrink_to_fit();
+    lists.start.shrink_to_fit();
+    return lists;
+  }
+
+ private:
+  size_t cameras_;
+  size_t words_;
+  std::vector<uint64_t> bits_;
+};
+
+// Per facet of the view and partner: 1 where some pixel of the facet is in Omega_ij.
+std::vector<char> FacetsInPairs(const ViewDomain& domain, const PartnerBits& pixels) {
+  const size_t partners = pixels.partners();
+  const auto facets = static_cast<int>(domain.facet.size());
+  std::vector<char> in_pair(facets * partners, 0);
+  ParallelFor(facets, kFacetGrain, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) {
+      for (const ImagePixel pixel : domain.PixelsOf(k)) {
+        for (size_t b = 0; b < partners; ++b) {
+          if (pixels.Test(b, pixel.index)) in_pair[k * partners + b] = 1;
+        }
+      }
+    }
+  });
+  return in_pair;
+}
+
+template <typename T>
+void SetCross(const Eigen::Matrix<T, 3, 1>& a, const Eigen::Matrix<T, 3, 1>& b, T* cross) {
+  cross[0] = a.y() * b.z() - a.z() * b.y();
+  cross[1] = a.z() * b.x() - a.x() * b.z();
+  cross[2] = a.x() * b.y() - a.y() * b.x();
+}
+
+}  // namespace
+
+void CameraSums::MakePattern(const RoundContext& context, const PairSample& sample) {
+  pairs.clear();
+  first_pair.clear();
+  const std::vector<Eigen::Vector3i>& faces = context.mesh->faces;
+  CameraBits bits(context.mesh->vertices.size(), context.views->size());
+  for (size_t i = 0; i < sample.partners.size(); ++i) {
+    const auto first = static_cast<int>(i);
+    first_pair.push_back(static_cast<int>(pairs.size()));
+    const std::vector<int>& seconds = sample.partners[i]->seconds;
+    for (const int second : seconds) {
+      pairs.emplace_back();
+      pairs.back().first = first;
+      pairs.back().second = second;
+    }
+    const ViewDomain& domain = (*context.domains)[i];
+    const std::vector<char> in_pair = FacetsInPairs(domain, sample.Pixels(i));
+    for (size_t k = 0; k < domain.facet.size(); ++k) {
+      for (size_t b = 0; b < seconds.size(); ++b) {
+        if (in_pair[k * seconds.size() + b] == 0) continue;
+        for (const int v : faces[domain.facet[k]]) {
+          bits.Set(v, first);
+          bits.Set(v, seconds[b]);
+        }
+      }
+    }
+  }
+  coupling.rows = context.motion == Motion::kNormal ? 1 : 3;
+  coupling.cameras = bits.Lists();
+}
+
+void CameraSums::Clear(bool in_double) {
+  for (Pair& pair : pairs) {
+    pair.gradient.setZero();
+    pair.curvature.setZero();
+  }
+  coupling.Clear(in_double);
+}
+
+// What all pixels of a pair share, in the frame of the first camera.
+template <typename T>
+struct CameraGather<T>::Geometry {
+  Geometry(const Camera& first, const Camera& second)
+      : fx_inverse(static_cast<T>(1 / first.fx)),
+        fy_inverse(static_cast<T>(1 / first.fy)),
+        cx(static_cast<T>(first.cx)),
+        cy(static_cast<T>(first.cy)),
+        fx(static_cast<T>(second.fx)),
+        fy(static_cast<T>(second.fy)),
+        rotation((second.rotation * first.rotation.transpose()).cast<T>()),
+        translation((second.rotation * first.Center() + second.translation).cast<T>()) {}
+
+  T fx_inverse, fy_inverse, cx, cy;    // of the first
+  T fx, fy;                            // of the second
+  Eigen::Matrix<T, 3, 3> rotation;     // R_j R_i^T
+  Eigen::Matrix<T, 3, 1> translation;  // of the second from the first
+};
+
+template <typename T>
+void CameraGather<T>::BeginView(const View& view) {
+  const ViewDomain& domain = (*view.context->domains)[view.view];
+  const TriangleMesh& mesh = *view.context->mesh;
+  view_ = view;
+  place_.assign(mesh.faces.size(), -1);
+  listed_.assign(mesh.vertices.size(), 0);
+  vertices_.clear();
+  for (size_t k = 0; k < domain.facet.size(); ++k) {
+    place_[domain.facet[k]] = static_cast<int>(k);
+    for (const int v : mesh.faces[domain.facet[k]]) {
+      if (listed_[v] != 0) continue;
+      listed_[v] = 1;
+      vertices_.push_back(v);
+    }
+  }
+  rows_.resize(domain.facet.size() * 3 * kUnknowns);
+}
+
+template <typename T>
+void CameraGather<T>::AddPair(const PairFields<T>& fields, const PartnerPixels& pixels,
+                              CameraSums::Pair* pair, CameraCoupling* coupling) {
+  const Camera& first = (*view_.cameras)[pair->first];
+  const Geometry geometry(first, (*view_.cameras)[pair->second]);
+  const auto facets = static_cast<int>((*view_.context->domains)[view_.view].facet.size());
+  std::vector<CameraSums::Pair> chunks((facets + kFacetGrain - 1) / kFacetGrain);
+  ParallelFor(facets, kFacetGrain, [&](int begin, int end) {
+    CameraSums::Pair& chunk = chunks[begin / kFacetGrain];
+    chunk.gradient.setZero();
+    chunk.curvature.setZero();
+    for (int k = begin; k < end; ++k) {
+      AddFacet(geometry, fields, pixels, k, &chunk, &rows_[static_cast<size_t>(k) * 3 * kUnknowns]);
+    }
+  });
+  CameraSums::Pair sum;
+  sum.gradient.setZero();
+  sum.curvature.setZero();
+  for (const CameraSums::Pair& chunk : chunks) {
+    sum.gradient += chunk.gradient;
+    sum.curvature += chunk.curvature;
+  }
+  // Centres in the world instead of the first camera's frame.
+  Eigen::Matrix<double, kUnknowns, kUnknowns> turn =
+      Eigen::Matrix<double, kUnknowns, kUnknowns>::Identity();
+  turn.block<3, 3>(3, 3) = first.rotation.transpose();
+  turn.block<3, 3>(9, 9) = first.rotation.transpose();
+  pair->gradient += turn * sum.gradient;
+  pair->curvature += turn * sum.curvature * turn.transpose();
+
+  ParallelFor(static_cast<int>(vertices_.size()), kVertexGrain, [&](int begin, int end) {
+    for (int n = begin; n < end; ++n) {
+      AddVertex(vertices_[n], pair->first, pair->second, coupling);
+    }
+  });
+}
+
+template <typename T>
+void CameraGather<T>::AddFacet(const Geometry& geometry, const PairFields<T>& fields,
+                               const PartnerPixels& pixels, int k, CameraSums::Pair* sums,
+                               T* rows) const {
+  using Vector = Eigen::Matrix<T, 3, 1>;
+  using Unknowns = Eigen::Matrix<T, kUnknowns, 1>;
+  const Camera& camera = (*view_.cameras)[view_.view];
+  const FacetPencil& pencil = (*view_.pencils)[k];
+  const PixelRange range = (*view_.context->domains)[view_.view].PixelsOf(k);
+  const Vector normal = (camera.rotation * pencil.normal).template cast<T>();
+  // u_k at the facet's first pixel, and by how much they change along x and y.
+  const ImagePixel origin = *range.begin();
+  const Vector u_origin =
+      (pencil.coefficients * Eigen::Vector3d(origin.x(), origin.y(), 1)).template cast<T>();
+  const Vector along_x = pencil.coefficients.col(0).template cast<T>();
+  const Vector along_y = pencil.coefficients.col(1).template cast<T>();
+  Unknowns gradient = Unknowns::Zero();
+  Eigen::Matrix<T, kUnknowns, kUnknowns> curvature = Eigen::Matrix<T, kUnknowns, kUnknowns>::Zero();
+  Eigen::Map<Eigen::Matrix<T, kUnknowns, 3>> coupled(rows);
+  coupled.setZero();
+  bool any = false;
+  for (const ImagePixel pixel : range) {
+    if (!pixels.Has(pixel.index)) continue;
+    const T* here = fields.Of(pixel.index);
+    const T weight = here[PairFields<T>::kWeight];
+    if (!(weight > 0)) continue;  // a tap of no window
+    any = true;
+    const Vector ray((static_cast<T>(pixel.x()) - geometry.cx) * geometry.fx_inverse,
+                     (static_cast<T>(pixel.y()) - geometry.cy) * geometry.fy_inverse, 1);
+    const T depth = 1 / view_.inverse_depth[pixel.index];
+    const Vector point = depth * ray;
+    const Vector in_second = geometry.rotation * point + geometry.translation;
+    const T inverse = 1 / in_second.z();
+    Vector m(here[PairFields<T>::kGradientX] * geometry.fx * inverse,
+             here[PairFields<T>::kGradientY] * geometry.fy * inverse, 0);
+    m.z() = -(m.x() * in_second.x() + m.y() * in_second.y()) * inverse;
+    const Vector f = geometry.rotation.transpose() * m;
+    const T share = f.dot(ray) / normal.dot(ray);
+    const Vector b = f - share * normal;
+    Unknowns a;
+    SetCross(b, point, &a[0]);
+    a.template segment<3>(3) = b;
+    SetCross(in_second, m, &a[6]);
+    a.template segment<3>(9) = -f;
+    const auto dx = static_cast<T>(pixel.column - origin.column);
+    const auto dy = static_cast<T>(pixel.row - origin.row);
+    const Vector phi = depth * (u_origin + along_x * dx + along_y * dy);
+    gradient += here[PairFields<T>::kDerivative] * a;
+    const Unknowns weighted = weight * a;
+    for (int c = 0; c < kUnknowns; ++c) curvature.col(c) += weighted * a[c];
+    const Vector by_vertex = share * phi;
+    for (int v = 0; v < 3; ++v) coupled.col(v) += weighted * by_vertex[v];
+  }
+  if (!any) return;
+  sums->gradient += gradient.template cast<double>();
+  sums->curvature += curvature.template cast<double>();
+}
+
+template <typename T>
+void CameraGather<T>::AddVertex(int vertex, int first, int second, CameraCoupling* coupling) const {
+  const RoundContext& context = *view_.context;
+  Eigen::Matrix<double, kUnknowns, 3> sum = Eigen::Matrix<double, kUnknowns, 3>::Zero();
+  bool any = false;
+  for (const int* f = context.faces.Begin(vertex); f != context.faces.End(vertex); ++f) {
+    if (place_[*f] < 0) continue;
+    const Eigen::Vector3i& face = context.mesh->faces[*f];
+    const int own = face[0] == vertex ? 0 : (face[1] == vertex ? 1 : 2);
+    const size_t at = (static_cast<size_t>(place_[*f]) * 3 + own) * kUnknowns;
+    const Eigen::Map<const Eigen::Matrix<T, kUnknowns, 1>> row(&rows_[at]);
+    if (row.isZero(0)) continue;
+    any = true;
+    const Eigen::Vector3d& normal = (*view_.pencils)[place_[*f]].normal;
+    if (coupling->rows == 1) {
+      sum.col(0) += normal.dot(context.normals[vertex]) * row.template cast<double>();
+    } else {
+      sum += row.template cast<double>() * normal.transpose();
+    }
+  }
+  if (!any) return;
+  const Eigen::Matrix3d turn = (*view_.cameras)[view_.view].rotation.transpose();
+  for (int part = 0; part < 2; ++part) {  // of the two cameras
+    Eigen::Matrix<double, CameraCoupling::kMotion, 3> block = sum.middleRows<6>(6 * part);
+    block.bottomRows<3>() = turn * block.bottomRows<3>().eval();
+    // Column-major 6 x rows is the block row by row.
+    coupling->Add(coupling->Place(vertex, part == 0 ? first : second), block.data());
+  }
+}
+
+template class CameraGather<float>;
+template class CameraGather<double>;
+
+}  // namespace burin
