@@ -211,6 +211,11 @@ py::dict RefineMesh(const Scene& scene, const py::array& vertices, const py::arr
     result.selection = judged.selection;
   } else {
     parts.selection = &judged.selection;
+    parts.by_tracks = judged.by_tracks.has_value() ? &*judged.by_tracks : nullptr;
+    parts.on_cameras = [&](const TrackStep& step) {
+      inputs.cameras = JsonText(TrackStepJson(step, judged.Used(scene)));
+    };
+    inputs.used = &judged.Used(scene);
     WithoutGil([&] { result = RunPipeline(judged.Used(scene), mesh, options, parts); });
   }
   if (raised) std::rethrow_exception(raised);

@@ -242,7 +242,8 @@ void RefineCommand::Run() {
   const JudgedScene judged = JudgeOrGoOn(whole, mesh, &checkpoint);
   const Scene& scene = judged.Used(whole);
   const PairSelection& selection = judged.selection;
-  const double selection_seconds = selection_watch.Seconds() - judged.seconds;
+  const double selection_seconds = selection_watch.Seconds() - judged.seconds -
+                                   (judged.by_tracks.has_value() ? judged.by_tracks->seconds : 0);
   std::vector<std::string> names;
   for (const View& view : scene.views) names.push_back(view.name);
   inputs.verdict = checkpoint.verdict;
@@ -258,6 +259,7 @@ void RefineCommand::Run() {
   const std::optional<RefinementState> start = checkpoint.state;
   PipelineParts parts;
   parts.selection = &selection;
+  parts.by_tracks = judged.by_tracks.has_value() ? &*judged.by_tracks : nullptr;
   parts.start = start.has_value() ? &*start : nullptr;
   parts.on_cameras = [&](const TrackStep& step) {
     for (const std::string& line : TrackStepText(step, scene)) progress.Line(line);
@@ -323,7 +325,7 @@ void RefineCommand::Run() {
   if (pictures) WritePictures(folder, scene, mesh, result.mesh);
   inputs.cameras = checkpoint.cameras;
   inputs.used = &scene;
-  if (options.cameras.refine != CameraUnknowns::kNone) {
+  if (options.refinement.cameras.refine != CameraUnknowns::kNone) {
     const std::string line = WriteCameras(scene, result.refinement.cameras, folder / "cameras");
     if (!line.empty()) std::cout << line << "\n";
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/cameras/refined_scene.h"
 #include "core/scene/formats/colmap.h"
 #include "core/support/fixed_text.h"
 #include "core/support/median.h"
@@ -27,28 +28,14 @@ int MostMoved(const TrackStep& step) {
   return most;
 }
 
-// Of scenes with measurements: points where the cameras put them. Those that they put nowhere stay.
-std::vector<ScenePoint> PointsBy(const Scene& scene, const std::vector<Camera>& cameras) {
-  const std::vector<double> pixel(cameras.size(), 1);
-  std::vector<ScenePoint> points = scene.points;
-  for (size_t p = 0; p < points.size(); ++p) {
-    const Tracks::Range track = scene.tracks.Of(p);
-    Eigen::Vector3d point;
-    if (track.size() >= 2 && Triangulate(cameras, track, pixel, 1, &point)) {
-      points[p].position = point;
-    }
-  }
-  return points;
-}
-
-double MedianError(const std::vector<Camera>& cameras, const std::vector<ScenePoint>& points,
-                   const Tracks& tracks) {
+double MedianError(const Scene& scene) {
   std::vector<double> errors;
-  for (size_t p = 0; p < points.size(); ++p) {
-    for (const Measurement& measured : tracks.Of(p)) {
-      const Camera& camera = cameras[measured.view];
-      if (camera.Depth(points[p].position) <= 0) continue;
-      errors.push_back((camera.Project(points[p].position) - measured.image_point).norm());
+  for (size_t p = 0; p < scene.points.size(); ++p) {
+    const Eigen::Vector3d& point = scene.points[p].position;
+    for (const Measurement& measured : scene.tracks.Of(p)) {
+      const Camera& camera = scene.views[measured.view].camera;
+      if (camera.Depth(point) <= 0) continue;
+      errors.push_back((camera.Project(point) - measured.image_point).norm());
     }
   }
   return Median(errors);
@@ -111,15 +98,13 @@ ordered_json TrackStepJson(const TrackStep& step, const Scene& scene) {
 
 ordered_json SparsePointsJson(const Scene& scene, const std::vector<Camera>& cameras) {
   if (scene.tracks.IsEmpty()) return nullptr;
-  return {{"before_px", Number(MedianError(CamerasOf(scene), scene.points, scene.tracks))},
-          {"after_px", Number(MedianError(cameras, PointsBy(scene, cameras), scene.tracks))}};
+  return {{"before_px", Number(MedianError(scene))},
+          {"after_px", Number(MedianError(WithRefinedCameras(scene, cameras)))}};
 }
 
 std::string WriteCameras(const Scene& scene, const std::vector<Camera>& cameras,
                          const std::filesystem::path& folder) {
-  Scene refined = WithCameras(scene, cameras);
-  if (!scene.tracks.IsEmpty()) refined.points = PointsBy(scene, cameras);
-  if (WritePhotographedModel(refined, folder)) return "";
+  if (WritePhotographedModel(WithRefinedCameras(scene, cameras), folder)) return "";
   return (folder / "sparse").string() +
          ": COLMAP has no model for a lens of the scene; the cameras are of undistorted "
          "photographs";

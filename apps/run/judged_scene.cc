@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "apps/run/turned_axes.h"
+#include "core/cameras/refined_scene.h"
 #include "core/scene/doubts.h"
 #include "core/support/error.h"
 #include "core/support/parallel.h"
@@ -45,27 +46,39 @@ PairSelection SelectionWithout(const PairSelection& selection, const std::vector
   return without;
 }
 
+// By which rotation the mesh would fit, as the end of a sentence.
+std::string TurnedHint(const Scene& scene, const TriangleMesh& mesh, const PairsOptions& options) {
+  const std::string turned = TurnedAxes(scene, mesh, options);
+  return turned.empty() ? "" : "; " + turned;
+}
+
+PairSelection SelectOrExplain(const Scene& scene, const TriangleMesh& mesh,
+                              const PairsOptions& options) {
+  try {
+    return SelectPairs(scene, mesh, options);
+  } catch (const InputError& error) {
+    std::string reason = error.what() + TurnedHint(scene, mesh, options);
+    for (const std::string& doubt : DoubtsAbout(scene)) reason += "; " + doubt;
+    throw InputError(reason);
+  }
+}
+
+SceneVerdict Judge(const Scene& scene, const TriangleMesh& mesh, const PairsOptions& options,
+                   const std::vector<CameraPair>& pairs, double* seconds) {
+  const Stopwatch watch;
+  SceneVerdict verdict = JudgeScene(scene, mesh, pairs);
+  *seconds = watch.Seconds();
+  if (verdict.verdict == Verdict::kWrong) verdict.reason += TurnedHint(scene, mesh, options);
+  return verdict;
+}
+
 }  // namespace
 
 SceneVerdict SelectAndJudge(const Scene& scene, const TriangleMesh& mesh,
                             const PairsOptions& options, PairSelection* selection,
                             double* seconds) {
-  const auto hint = [&] {
-    const std::string turned = TurnedAxes(scene, mesh, options);
-    return turned.empty() ? "" : "; " + turned;
-  };
-  try {
-    *selection = SelectPairs(scene, mesh, options);
-  } catch (const InputError& error) {
-    std::string reason = error.what() + hint();
-    for (const std::string& doubt : DoubtsAbout(scene)) reason += "; " + doubt;
-    throw InputError(reason);
-  }
-  const Stopwatch watch;
-  SceneVerdict verdict = JudgeScene(scene, mesh, selection->pairs);
-  *seconds = watch.Seconds();
-  if (verdict.verdict == Verdict::kWrong) verdict.reason += hint();
-  return verdict;
+  *selection = SelectOrExplain(scene, mesh, options);
+  return Judge(scene, mesh, options, selection->pairs, seconds);
 }
 
 JudgedScene SelectWithout(const Scene& scene, const TriangleMesh& mesh,
@@ -90,12 +103,19 @@ JudgedScene JudgeAndSelect(const Scene& scene, const TriangleMesh& mesh,
   const VerdictOptions& wanted = options.verdict;
   JudgedScene judged;
   judged.lines = DoubtsAbout(scene);
-  if (wanted.action == VerdictAction::kOff) {
-    judged.selection = SelectPairs(scene, mesh, options.pairs);
-    return judged;
-  }
+  const bool judge = wanted.action != VerdictAction::kOff;
+  judged.selection =
+      judge ? SelectOrExplain(scene, mesh, options.pairs) : SelectPairs(scene, mesh, options.pairs);
+  const auto refine_cameras = [&](const Scene& of) {
+    if (!options.refinement.cameras.ByTracks()) return;
+    judged.by_tracks = RefineByTracks(of, mesh, judged.selection.pairs);
+  };
+  refine_cameras(scene);
+  if (!judge) return judged;
   judged.judged = true;
-  judged.verdict = SelectAndJudge(scene, mesh, options.pairs, &judged.selection, &judged.seconds);
+  const bool moved = judged.by_tracks.has_value() && judged.by_tracks->kept;
+  judged.verdict = Judge(moved ? WithRefinedCameras(scene, judged.by_tracks->cameras) : scene, mesh,
+                         options.pairs, judged.selection.pairs, &judged.seconds);
   if (judged.verdict.verdict == Verdict::kWrong) {
     judged.stop = wanted.action == VerdictAction::kStop;
     if (!judged.stop) judged.lines.push_back("this cannot be right: " + judged.verdict.reason);
@@ -121,6 +141,7 @@ JudgedScene JudgeAndSelect(const Scene& scene, const TriangleMesh& mesh,
   JudgedScene without = SelectWithout(scene, mesh, options, judged.left_out);
   judged.without = std::move(without.without);
   judged.selection = std::move(without.selection);
+  refine_cameras(*judged.without);
   return judged;
 }
 

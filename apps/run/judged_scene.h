@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/run/pipeline.h"
+#include "core/cameras/track_step.h"
 #include "core/evidence/verdict.h"
 #include "core/mesh/mesh.h"
 #include "core/scene/scene.h"
@@ -17,8 +18,10 @@ namespace burin {
 struct JudgedScene {
   // Without the views that are left out, where there are some; pixels are shared with the one given.
   std::optional<Scene> without;
-  PairSelection selection;            // of the scene that is used
-  SceneVerdict verdict;               // on the scene given, with its indices of views
+  PairSelection selection;             // of the scene that is used
+  std::optional<TrackStep> by_tracks;  // of the scene that is used; none with cameras.refine none
+  // On the scene given, with its indices of views; through refined cameras where they are kept.
+  SceneVerdict verdict;
   std::vector<std::string> left_out;  // names
   std::vector<std::string> lines;     // to be said: DoubtsAbout, then what the verdict is
   bool judged = false;                // verdict.action is not off
@@ -28,7 +31,7 @@ struct JudgedScene {
   const Scene& Used(const Scene& given) const { return without.has_value() ? *without : given; }
 };
 
-// Selects pairs, judges scene and mesh by them, and leaves out views. Throws as SelectPairs does.
+// Selects pairs, refines the cameras by tracks where that is asked for, judges scene and mesh, and leaves out views. Throws as SelectPairs does.
 JudgedScene JudgeAndSelect(const Scene& scene, const TriangleMesh& mesh,
                            const PipelineOptions& options);
 

@@ -6,6 +6,7 @@
 
 #include "apps/run/free_space_output.h"
 #include "apps/run/measure_closing.h"
+#include "core/cameras/refined_scene.h"
 #include "core/support/error.h"
 #include "core/support/parallel.h"
 #include "core/support/stopwatch.h"
@@ -56,7 +57,6 @@ void PipelineOptions::Describe(OptionSet* set) {
   refinement.Describe(set);
   verdict.Describe(set);
   surface.Describe(set);
-  cameras.Describe(set);
   memory.Describe(set);
   DescribeThreads(&threads, set);
 }
@@ -143,22 +143,24 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
       parts.selection != nullptr ? *parts.selection : SelectPairs(scene, mesh, checked.pairs);
   result.selection_seconds = watch.Seconds();
   RefinementParts refinement;
-  if (checked.cameras.refine != CameraUnknowns::kNone) {
+  if (checked.refinement.cameras.refine != CameraUnknowns::kNone) {
     if (parts.start != nullptr) {
       refinement.cameras = parts.start->summary.first_cameras;
-    } else {
-      result.by_tracks = RefineByTracks(scene, mesh, result.selection.pairs);
-      refinement.cameras = result.by_tracks->cameras;
-      if (parts.on_cameras) parts.on_cameras(*result.by_tracks);
+    } else if (checked.refinement.cameras.ByTracks()) {
+      const TrackStep step = parts.by_tracks != nullptr
+                                 ? *parts.by_tracks
+                                 : RefineByTracks(scene, mesh, result.selection.pairs);
+      refinement.cameras = step.cameras;
+      if (parts.on_cameras) parts.on_cameras(step);
     }
   }
   TriangleMesh without;  // patches in free space
   const TriangleMesh* refined = &mesh;
   if (checked.surface.free_space != FreeSpaceAction::kKeep) {
     const Stopwatch free_space_watch;
-    result.free_space =
-        FindFreeSpace(refinement.cameras.empty() ? scene : WithCameras(scene, refinement.cameras),
-                      mesh, result.selection.pairs);
+    result.free_space = FindFreeSpace(
+        refinement.cameras.empty() ? scene : WithRefinedCameras(scene, refinement.cameras), mesh,
+        result.selection.pairs);
     result.free_space_seconds = free_space_watch.Seconds();
     if (!result.free_space.patches.empty()) {
       if (parts.on_free_space) parts.on_free_space(result.free_space);

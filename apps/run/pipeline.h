@@ -9,7 +9,6 @@
 
 #include "apps/run/closing.h"
 #include "apps/run/mesh_parts.h"
-#include "core/cameras/cameras_options.h"
 #include "core/cameras/track_step.h"
 #include "core/evidence/free_space.h"
 #include "core/mesh/mesh.h"
@@ -83,7 +82,6 @@ struct PipelineOptions {
   RefinementOptions refinement;
   VerdictOptions verdict;
   SurfaceOptions surface;
-  CamerasOptions cameras;
   MemoryOptions memory;
   int threads = 0;  // 0 = all cores
   void Describe(OptionSet* set);
@@ -99,8 +97,6 @@ struct PipelineResult {
       quality;  // of `mesh`, as docs/options.md names them; empty if not asked for
   std::optional<ClosingFigures> closing;  // likewise
   std::vector<char> seen_with_part;       // likewise, by vertex of the mesh given: see SeenWithPart
-  // The first step of refining cameras; none with cameras.refine none, and in a run that goes on.
-  std::optional<TrackStep> by_tracks;
   FreeSpace free_space;  // of the mesh given; no patches with surface.free_space keep
   double selection_seconds = 0;
   double free_space_seconds = 0;
@@ -110,6 +106,7 @@ struct PipelineResult {
 struct PipelineParts {
   RefinementObservers observers;
   const PairSelection* selection = nullptr;  // what SelectPairs made, or pairs chosen otherwise
+  const TrackStep* by_tracks = nullptr;      // what RefineByTracks made of the selection
   const RefinementState* start = nullptr;    // to go on from: see Refine()
   std::vector<EnergyTerm*> more_terms;       // added to the energy
   LevelJudge* judge = nullptr;               // in place of the one that guard.levels asks for

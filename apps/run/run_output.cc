@@ -40,6 +40,7 @@ nlohmann::ordered_json RoundJson(const RoundSummary& round) {
   json["supported_vertices"] = round.supported_vertices;
   json["relaxed_vertices"] = round.relaxed_vertices;
   json["carried_vertices"] = round.carried_vertices;
+  json["camera_px"] = round.camera_px;
   json["guard"] = {{"inverted_facets", round.guard.inverted_facets},
                    {"stretched_edges", round.guard.stretched_edges},
                    {"far_vertices", round.guard.far_vertices},

@@ -48,7 +48,7 @@ std::optional<Eigen::Vector2d> MatchPlace(const TriangleMesh& mesh, const SmallV
 }  // namespace
 
 MeshTracks FindMeshTracks(const Scene& scene, const TriangleMesh& mesh,
-                          const std::vector<CameraPair>& pairs) {
+                          const std::vector<CameraPair>& pairs, int largest_side_px) {
   const std::vector<CameraPair> used = FirstPartners(scene, pairs);
   const auto view_count = static_cast<int>(scene.views.size());
   MeshTracks found;
@@ -67,7 +67,7 @@ MeshTracks FindMeshTracks(const Scene& scene, const TriangleMesh& mesh,
   ParallelFor(view_count, 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
       if (any[i] == 0) continue;
-      views[i] = Reduce(scene.views[i], kMatchSidePx);
+      views[i] = Reduce(scene.views[i], largest_side_px);
       found.pixel[i] = views[i].scale;
       places[i] = PlacesOf(mesh, views[i], i, count);
     }

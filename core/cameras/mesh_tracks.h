@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "core/evidence/window_matches.h"
 #include "core/mesh/mesh.h"
 #include "core/scene/pairs.h"
 #include "core/scene/scene.h"
@@ -27,6 +28,7 @@ struct MeshTracks {
 
 // Of pairs that FirstPartners() leaves of `pairs`. The same for any number of threads.
 MeshTracks FindMeshTracks(const Scene& scene, const TriangleMesh& mesh,
-                          const std::vector<CameraPair>& pairs);
+                          const std::vector<CameraPair>& pairs,
+                          int largest_side_px = kMatchSidePx);
 
 }  // namespace burin

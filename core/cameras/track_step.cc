@@ -36,7 +36,8 @@ TrackStep RefineByTracks(const Scene& scene, const TriangleMesh& mesh,
   Scene now = scene;
   MeshTracks tracks;
   for (int round = 0; round < kRounds; ++round) {
-    tracks = FindMeshTracks(now, mesh, pairs);
+    static const char* side = getenv("SIDE");
+    tracks = FindMeshTracks(now, mesh, pairs, round > 0 && side ? atoi(side) : kMatchSidePx);
     step.bundle = AdjustBundle(now, tracks);
     if (step.bundle.tracks == 0) break;
     CameraSimilarity fit;

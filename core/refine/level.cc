@@ -8,6 +8,7 @@
 
 #include "core/mesh/mesh_order.h"
 #include "core/mesh/subdivide.h"
+#include "core/refine/camera_rounds.h"
 #include "core/refine/carry.h"
 #include "core/refine/facet_texture.h"
 #include "core/refine/hidden_folds.h"
@@ -104,7 +105,7 @@ void Level::CutMesh(RefinementState* state) {
     state->input_position.push_back(
         0.5 * (state->input_position[parents[0]] + state->input_position[parents[1]]));
   }
-  state->level_start = {state->mesh.vertices, state->was_supported};
+  state->level_start = {state->mesh.vertices, state->was_supported, state->summary.cameras};
   state->order = OrderAlongCurve(state->mesh);
   LevelSummary& level = state->summary.levels.back();
   level.subdivide_seconds = watch.Seconds();
@@ -162,6 +163,8 @@ std::unique_ptr<Level::Frozen> Level::Freeze(const RefinementState& state, bool 
 
 void Level::ShowJudgeTheStart(const RefinementState& state) {
   if (task_.parts.judge == nullptr) return;
+  const std::vector<LevelView> views_now = views_;
+  SeeThrough(state.level_start.cameras);
   TriangleMesh start = state.mesh;
   start.vertices = state.level_start.vertices;
   const TriangleMesh now = std::exchange(mesh_, Ordered(start, state.order));
@@ -169,6 +172,7 @@ void Level::ShowJudgeTheStart(const RefinementState& state) {
   FreezeTerms(first.get());
   task_.parts.judge->BeginLevel(first->context, *first->terms);
   mesh_ = now;
+  views_ = views_now;
 }
 
 bool Level::RunRound(RefinementState* state, RefinementProgress* progress) {
@@ -205,6 +209,11 @@ bool Level::RunRound(RefinementState* state, RefinementProgress* progress) {
   if (task_.observers.on_round) task_.observers.on_round(context, mesh_, summary);
   state->summary.levels.back().rounds.push_back(std::move(summary));
   progress->RoundDone(level_);
+  if (!moved_cameras_.empty()) {
+    frozen_.reset();  // it was of the views as they were
+    state->summary.cameras = std::exchange(moved_cameras_, {});
+    SeeThrough(state->summary.cameras);
+  }
   return true;
 }
 
@@ -214,6 +223,9 @@ std::optional<std::vector<Eigen::Vector3d>> Level::Solve(RefinementState* state,
   const Stopwatch build_watch;
   FreezeTerms(frozen_.get());
   RoundParameters parameters{mesh_.vertices};
+  const bool joint = !task_.parts.solve_round &&
+                     MovesCameras(task_.options.cameras, level_, state->round, Rounds(*state));
+  if (joint) parameters.cameras = PosesOf(views_);
   RoundProblem problem(*frozen_->terms, frozen_->context, &parameters);
   summary->build_seconds = build_watch.Seconds();
   if (task_.parts.judge != nullptr && state->round == 0) {
@@ -247,6 +259,11 @@ std::optional<std::vector<Eigen::Vector3d>> Level::Solve(RefinementState* state,
   summary->energy_final = problem.EnergyByTerm();
   summary->windows_final = problem.WindowCount();
   summary->solve_seconds = solve_watch.Seconds();
+  if (joint && summary->solve.usable) {
+    moved_cameras_ = state->summary.cameras;
+    summary->camera_px = TakeCameras(frozen_->context, task_.world, parameters.cameras,
+                                     &parameters.vertices, &moved_cameras_);
+  }
   return std::move(parameters.vertices);
 }
 
@@ -292,9 +309,18 @@ bool Level::Report(const IterationRecord& record, int round, RefinementProgress*
   return !progress->stopped();
 }
 
+void Level::SeeThrough(const std::vector<Camera>& cameras) {
+  for (size_t v = 0; v < views_.size(); ++v) {
+    const Camera& camera = views_[v].camera;
+    views_[v].camera = cameras[v]
+                           .Resized(camera.width, camera.height)
+                           .InScaledWorld(task_.world.origin, 1 / task_.world.footprint);
+  }
+}
+
 void Level::Judge(RefinementState* state) {
   if (task_.parts.judge == nullptr) return;
-  if (frozen_->context.held_back == nullptr) {
+  if (frozen_ == nullptr || frozen_->context.held_back == nullptr) {
     // The run was stopped in a round that was not to be the level's last.
     frozen_.reset();
     frozen_ = Freeze(*state, /*hold_back=*/true);
@@ -314,6 +340,10 @@ void Level::Judge(RefinementState* state) {
     state->was_supported[v] = state->level_start.was_supported[v];
   }
   level.undone = all;
+  if (all) {
+    state->summary.cameras = state->level_start.cameras;
+    SeeThrough(state->summary.cameras);
+  }
   if (level.undone_vertices > 0) frozen_.reset();
 }
 

@@ -84,6 +84,8 @@ class Level {
                          RoundProblem* problem);
   // Tells the observer; false when the run is to stop.
   bool Report(const IterationRecord& record, int round, RefinementProgress* progress) const;
+  // The views with these cameras of the caller's world.
+  void SeeThrough(const std::vector<Camera>& cameras);
   // Lets the judge look at the level, and undoes it when it says so.
   void Judge(RefinementState* state);
 
@@ -93,6 +95,7 @@ class Level {
   double image_seconds_ = 0;
   int64_t windows_ = 0;  // that count at the start of the round in work
   std::vector<LevelView> views_;
+  std::vector<Camera> moved_cameras_;       // by the round in work, caller's world; else empty
   std::optional<CrossingGuard> crossings_;  // of mesh_; none with guard.crossings off
   TriangleMesh mesh_;                       // the state's, in the order of its `order`
   std::unique_ptr<Frozen> frozen_;  // the round that mesh_ came from, or of mesh_; else null

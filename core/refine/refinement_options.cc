@@ -35,6 +35,7 @@ void RefinementOptions::Describe(OptionSet* set) {
   level.Describe(set);
   solver.Describe(set);
   guard.Describe(set);
+  cameras.Describe(set);
   set->Add("motion.type", &motion, "How vertices move: along their normal of the round, or freely");
   set->Add("motion.hidden", &hidden,
            "Vertices that a pair saw in an earlier round and none sees now: drawn together after "

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/refine/local_guard.h"
+#include "core/scene/cameras_options.h"
 #include "core/solve/solver_strategy.h"
 #include "core/support/options.h"
 
@@ -32,6 +33,7 @@ inline Choices<HiddenVertices> ChoicesOf(HiddenVertices) {
 
 struct RefinementOptions {
   LevelOptions level;
+  CamerasOptions cameras;
   SolverOptions solver;
   GuardOptions guard;
   Motion motion = Motion::kNormal;

@@ -16,8 +16,9 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LocalGuardReport, inverted_facets, stretched_
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CrossingReport, found, left, taken_back)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RoundSummary, round, solve, energy_initial, energy_final,
                                    windows_initial, windows_final, terms, pair_pixels,
-                                   supported_vertices, relaxed_vertices, carried_vertices, guard,
-                                   crossings, visibility_seconds, build_seconds, solve_seconds)
+                                   supported_vertices, relaxed_vertices, carried_vertices,
+                                   camera_px, guard, crossings, visibility_seconds, build_seconds,
+                                   solve_seconds)
 
 template <typename T>
 void to_json(nlohmann::json& json, const BeforeAndAfter<T>& counts) {  // NOLINT: nlohmann's name
@@ -108,6 +109,7 @@ std::vector<uint8_t> StateBytes(const RefinementState& state) {
                         {"input_position", Binary(state.input_position)},
                         {"level_start", Binary(state.level_start.vertices)},
                         {"level_start_supported", Binary(state.level_start.was_supported)},
+                        {"level_start_cameras", state.level_start.cameras},
                         {"order_vertex", Binary(state.order.vertex)},
                         {"order_face", Binary(state.order.face)},
                         {"was_supported", Binary(state.was_supported)},
@@ -124,6 +126,7 @@ RefinementState StateFromBytes(const std::vector<uint8_t>& bytes) {
   FromBinary(read, "input_position", &state.input_position);
   FromBinary(read, "level_start", &state.level_start.vertices);
   FromBinary(read, "level_start_supported", &state.level_start.was_supported);
+  read.at("level_start_cameras").get_to(state.level_start.cameras);
   FromBinary(read, "order_vertex", &state.order.vertex);
   FromBinary(read, "order_face", &state.order.face);
   FromBinary(read, "was_supported", &state.was_supported);

@@ -28,6 +28,8 @@ struct RoundSummary {
   int supported_vertices = 0;
   int relaxed_vertices = 0;  // by core/refine/hidden_folds.h, after the solve
   int carried_vertices = 0;  // by core/refine/carry.h, after the solve
+  double camera_px =
+      0;  // by which cameras moved (core/refine/camera_rounds.h); 0: they did not take part
   LocalGuardReport guard;
   CrossingReport crossings;  // zero with guard.crossings off
   double visibility_seconds = 0;
@@ -81,6 +83,7 @@ struct RefinementSummary {
 struct LevelStart {
   std::vector<Eigen::Vector3d> vertices;
   std::vector<char> was_supported;
+  std::vector<Camera> cameras;
 };
 
 struct RefinementState {
