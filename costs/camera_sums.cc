@@ -143,6 +143,7 @@ void CameraGather<T>::BeginView(const View& view) {
     }
   }
   rows_.resize(domain.facet.size() * 3 * kUnknowns);
+  in_pair_.resize(domain.facet.size());
 }
 
 template <typename T>
@@ -157,7 +158,8 @@ void CameraGather<T>::AddPair(const PairFields<T>& fields, const PartnerPixels& 
     chunk.gradient.setZero();
     chunk.curvature.setZero();
     for (int k = begin; k < end; ++k) {
-      AddFacet(geometry, fields, pixels, k, &chunk, &rows_[static_cast<size_t>(k) * 3 * kUnknowns]);
+      T* rows = &rows_[static_cast<size_t>(k) * 3 * kUnknowns];
+      in_pair_[k] = AddFacet(geometry, fields, pixels, k, &chunk, rows) ? 1 : 0;
     }
   });
   CameraSums::Pair sum;
@@ -168,22 +170,23 @@ void CameraGather<T>::AddPair(const PairFields<T>& fields, const PartnerPixels& 
     sum.curvature += chunk.curvature;
   }
   // Centres in the world instead of the first camera's frame.
+  const Eigen::Matrix3d world_from_first = first.rotation.transpose();
   Eigen::Matrix<double, kUnknowns, kUnknowns> turn =
       Eigen::Matrix<double, kUnknowns, kUnknowns>::Identity();
-  turn.block<3, 3>(3, 3) = first.rotation.transpose();
-  turn.block<3, 3>(9, 9) = first.rotation.transpose();
+  turn.block<3, 3>(3, 3) = world_from_first;
+  turn.block<3, 3>(9, 9) = world_from_first;
   pair->gradient += turn * sum.gradient;
   pair->curvature += turn * sum.curvature * turn.transpose();
 
   ParallelFor(static_cast<int>(vertices_.size()), kVertexGrain, [&](int begin, int end) {
     for (int n = begin; n < end; ++n) {
-      AddVertex(vertices_[n], pair->first, pair->second, coupling);
+      AddVertex(vertices_[n], world_from_first, *pair, coupling);
     }
   });
 }
 
 template <typename T>
-void CameraGather<T>::AddFacet(const Geometry& geometry, const PairFields<T>& fields,
+bool CameraGather<T>::AddFacet(const Geometry& geometry, const PairFields<T>& fields,
                                const PartnerPixels& pixels, int k, CameraSums::Pair* sums,
                                T* rows) const {
   using Vector = Eigen::Matrix<T, 3, 1>;
@@ -200,8 +203,7 @@ void CameraGather<T>::AddFacet(const Geometry& geometry, const PairFields<T>& fi
   const Vector along_y = pencil.coefficients.col(1).template cast<T>();
   Unknowns gradient = Unknowns::Zero();
   Eigen::Matrix<T, kUnknowns, kUnknowns> curvature = Eigen::Matrix<T, kUnknowns, kUnknowns>::Zero();
-  Eigen::Map<Eigen::Matrix<T, kUnknowns, 3>> coupled(rows);
-  coupled.setZero();
+  Eigen::Matrix<T, kUnknowns, 3> coupled = Eigen::Matrix<T, kUnknowns, 3>::Zero();
   bool any = false;
   for (const ImagePixel pixel : range) {
     if (!pixels.Has(pixel.index)) continue;
@@ -235,38 +237,44 @@ void CameraGather<T>::AddFacet(const Geometry& geometry, const PairFields<T>& fi
     const Vector by_vertex = share * phi;
     for (int v = 0; v < 3; ++v) coupled.col(v) += weighted * by_vertex[v];
   }
-  if (!any) return;
+  if (!any) return false;
+  Eigen::Map<Eigen::Matrix<T, kUnknowns, 3>>(rows, kUnknowns, 3) = coupled;
   sums->gradient += gradient.template cast<double>();
   sums->curvature += curvature.template cast<double>();
+  return true;
 }
 
 template <typename T>
-void CameraGather<T>::AddVertex(int vertex, int first, int second, CameraCoupling* coupling) const {
+void CameraGather<T>::AddVertex(int vertex, const Eigen::Matrix3d& world_from_first,
+                                const CameraSums::Pair& pair, CameraCoupling* coupling) const {
   const RoundContext& context = *view_.context;
+  const int rows = coupling->rows;
   Eigen::Matrix<double, kUnknowns, 3> sum = Eigen::Matrix<double, kUnknowns, 3>::Zero();
   bool any = false;
   for (const int* f = context.faces.Begin(vertex); f != context.faces.End(vertex); ++f) {
-    if (place_[*f] < 0) continue;
+    const int k = place_[*f];
+    if (k < 0 || in_pair_[k] == 0) continue;
+    any = true;
     const Eigen::Vector3i& face = context.mesh->faces[*f];
     const int own = face[0] == vertex ? 0 : (face[1] == vertex ? 1 : 2);
-    const size_t at = (static_cast<size_t>(place_[*f]) * 3 + own) * kUnknowns;
-    const Eigen::Map<const Eigen::Matrix<T, kUnknowns, 1>> row(&rows_[at]);
-    if (row.isZero(0)) continue;
-    any = true;
-    const Eigen::Vector3d& normal = (*view_.pencils)[place_[*f]].normal;
-    if (coupling->rows == 1) {
-      sum.col(0) += normal.dot(context.normals[vertex]) * row.template cast<double>();
-    } else {
-      sum += row.template cast<double>() * normal.transpose();
+    const T* row = &rows_[(static_cast<size_t>(k) * 3 + own) * kUnknowns];
+    const Eigen::Vector3d& normal = (*view_.pencils)[k].normal;
+    const Eigen::Vector3d along =
+        rows == 1 ? Eigen::Vector3d(normal.dot(context.normals[vertex]), 0, 0) : normal;
+    for (int r = 0; r < rows; ++r) {
+      for (int u = 0; u < kUnknowns; ++u) sum(u, r) += along[r] * row[u];
     }
   }
   if (!any) return;
-  const Eigen::Matrix3d turn = (*view_.cameras)[view_.view].rotation.transpose();
   for (int part = 0; part < 2; ++part) {  // of the two cameras
-    Eigen::Matrix<double, CameraCoupling::kMotion, 3> block = sum.middleRows<6>(6 * part);
-    block.bottomRows<3>() = turn * block.bottomRows<3>().eval();
-    // Column-major 6 x rows is the block row by row.
-    coupling->Add(coupling->Place(vertex, part == 0 ? first : second), block.data());
+    double block[3 * CameraCoupling::kMotion];
+    for (int r = 0; r < rows; ++r) {
+      double* motion = block + r * CameraCoupling::kMotion;
+      Eigen::Map<Eigen::Vector3d>(motion, 3) = sum.template block<3, 1>(6 * part, r);
+      Eigen::Map<Eigen::Vector3d>(motion + 3, 3) =
+          world_from_first * sum.template block<3, 1>(6 * part + 3, r);
+    }
+    coupling->Add(coupling->Place(vertex, part == 0 ? pair.first : pair.second), block);
   }
 }
 

@@ -67,14 +67,17 @@ class CameraGather {
 
  private:
   struct Geometry;
-  void AddFacet(const Geometry& geometry, const PairFields<T>& fields, const PartnerPixels& pixels,
+  // False when no pixel counts; `rows` is then left as it is.
+  bool AddFacet(const Geometry& geometry, const PairFields<T>& fields, const PartnerPixels& pixels,
                 int k, CameraSums::Pair* sums, T* rows) const;
-  void AddVertex(int vertex, int first, int second, CameraCoupling* coupling) const;
+  void AddVertex(int vertex, const Eigen::Matrix3d& world_from_first, const CameraSums::Pair& pair,
+                 CameraCoupling* coupling) const;
 
   View view_ = {};
   std::vector<int> place_;     // of each facet of the mesh among those of the view, or -1
   std::vector<int> vertices_;  // of the view's facets
   std::vector<char> listed_;
+  std::vector<char> in_pair_;  // of each facet of the view: it has rows of the pair in work
   std::vector<T>
       rows_;  // of each facet of the view: 3 vertices x 12, in the frame of the view's camera
 };

@@ -60,6 +60,10 @@ void RoundProblem::SupportIsKnown() {
   const auto vertex_count = static_cast<int>(task.vertices->size());
   lines_.reserve(vertex_count);  // their addresses stay
   for (const int v : energy_.Used()) {
+    if (energy_.IsCamera(v)) {
+      energy_.SetManifold(v, &pose_motion_);
+      ++moving_cameras_;
+    }
     if (v >= vertex_count) continue;
     if (context.normals[v].isZero() || context.moves[v] == 0) {
       energy_.SetConstant(v);
@@ -73,7 +77,8 @@ void RoundProblem::SupportIsKnown() {
 }
 
 int RoundProblem::Unknowns() const {
-  return moving_ * (task.context->motion == Motion::kNormal ? 1 : 3);
+  return moving_ * (task.context->motion == Motion::kNormal ? 1 : 3) +
+         moving_cameras_ * pose_motion_.TangentSize();
 }
 
 nlohmann::json RoundProblem::EnergyByTerm() const {
@@ -100,6 +105,8 @@ RoundTrial RoundProblem::Try(const Strategy& strategy, const SolverOptions& opti
                              const std::vector<Eigen::Vector3d>& start,
                              const FrozenRound::OnProgress& on_progress) const {
   std::vector<Eigen::Vector3d>& vertices = *task.vertices;
+  std::vector<CameraPose>& cameras = energy_.parameters().cameras;
+  const std::vector<CameraPose> start_cameras = cameras;
   RoundTrial trial;
   std::copy(start.begin(), start.end(), vertices.begin());  // the addresses are the problem's
   trial.energy_initial = EnergyByTerm();
@@ -134,7 +141,11 @@ RoundTrial RoundProblem::Try(const Strategy& strategy, const SolverOptions& opti
   trial.solve.strategy = strategy.name;
   trial.seconds = watch.Seconds() - paused_seconds;
   trial.evaluations = EvaluationCount(terms_) - evaluations_before;
-  if (!trial.solve.usable) std::copy(start.begin(), start.end(), vertices.begin());
+  const auto go_back = [&] {  // the addresses stay
+    std::copy(start.begin(), start.end(), vertices.begin());
+    std::copy(start_cameras.begin(), start_cameras.end(), cameras.begin());
+  };
+  if (!trial.solve.usable) go_back();
   trial.energy_final = EnergyByTerm();
   trial.windows_final = WindowCount();
   if (on_progress && vertices != reported) {
@@ -144,7 +155,8 @@ RoundTrial RoundProblem::Try(const Strategy& strategy, const SolverOptions& opti
     report(record, trial.seconds, trial.evaluations);
   }
   trial.vertices = vertices;
-  std::copy(start.begin(), start.end(), vertices.begin());
+  trial.cameras = cameras;
+  go_back();
   return trial;
 }
 

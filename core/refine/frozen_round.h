@@ -23,6 +23,7 @@ namespace burin {
 struct RoundTrial {
   SolveSummary solve;
   std::vector<Eigen::Vector3d> vertices;  // normalised world; the start when not usable
+  std::vector<CameraPose> cameras;        // likewise; empty where cameras do not move
   nlohmann::json energy_initial;          // by term
   nlohmann::json energy_final;
   int64_t windows_initial = 0;  // of which the energies are sums
@@ -58,7 +59,8 @@ struct FrozenRound {
 };
 
 // The problem of a round: every term's blocks, and after SupportIsKnown() vertices on their lines where
-// they move along normals, and constant where they do not. What the terms have left to freeze is made beside
+// they move along normals, and constant where they do not. Cameras that the parameters have move as PoseManifold
+// says. What the terms have left to freeze is made beside
 // that. `terms`, `context` and `parameters` must outlive it.
 class RoundProblem {
  public:
@@ -69,12 +71,12 @@ class RoundProblem {
   // The context's `supported` and `moves` are final. To be called once, before anything below.
   void SupportIsKnown();
 
-  int Unknowns() const;  // of the vertices that may move
+  int Unknowns() const;  // of the vertices and cameras that may move
   // At the vertices' current positions, and their "total".
   nlohmann::json EnergyByTerm() const;
   int64_t WindowCount() const;  // of all terms, where they were evaluated last
-  // Solves a copy of the task from `start`, with nothing evaluated yet, and leaves the vertices at
-  // `start` again. Energies before and after are outside clock and count. See FrozenRound::solve.
+  // Solves a copy of the task from `start` and the cameras where they are, with nothing evaluated yet, and leaves
+  // both there again. Energies before and after are outside clock and count. See FrozenRound::solve.
   RoundTrial Try(const Strategy& strategy, const SolverOptions& options,
                  const std::vector<Eigen::Vector3d>& start,
                  const FrozenRound::OnProgress& on_progress) const;
@@ -86,7 +88,9 @@ class RoundProblem {
   RoundEnergy energy_;
   std::unique_ptr<ceres::EvaluationCallback> callback_;
   std::vector<LineAlongNormal> lines_;
+  PoseManifold pose_motion_;
   int moving_ = 0;  // vertices
+  int moving_cameras_ = 0;
 };
 
 // The strategy of that name; throws InputError when there is none or it cannot take the problem.

@@ -44,6 +44,15 @@ class CameraCoupling {
       }
     }
   }
+  // visit(values): all blocks, one after the other, in float or double.
+  template <typename Visit>
+  void ForBlocks(const Visit& visit) const {
+    if (in_double_) {
+      visit(doubles_.data());
+    } else {
+      visit(floats_.data());
+    }
+  }
   // rows x 6
   Eigen::Matrix<double, Eigen::Dynamic, kMotion, Eigen::RowMajor, 3, kMotion> Block(
       int place) const {

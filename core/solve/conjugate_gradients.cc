@@ -1,6 +1,10 @@
 #include "core/solve/conjugate_gradients.h"
 
+#include <glog/logging.h>
+
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
 
 #include "core/support/parallel.h"
 
@@ -63,21 +67,54 @@ void BlockJacobi::Apply(const Eigen::VectorXd& r, Eigen::VectorXd* z) const {
   });
 }
 
+void BlockJacobi::FactorMajorant(const SymmetricMatrix& matrix, const Eigen::VectorXd& damping,
+                                 const std::vector<int>& first) {
+  Eigen::VectorXd more = damping;
+  ParallelFor(static_cast<int>(first.size()) - 1, kBlockGrain, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) {
+      for (int row = first[k]; row < first[k + 1]; ++row) {
+        for (int64_t e = matrix.start[row]; e < matrix.start[row + 1]; ++e) {
+          const int column = matrix.column[e];
+          if (column < first[k] || column >= first[k + 1]) more[row] += std::abs(matrix.value[e]);
+        }
+      }
+    }
+  });
+  Factor(matrix, more, first);
+}
+
+Eigen::Map<const Eigen::MatrixXd> BlockJacobi::OfUnknown(int unknown, int unknowns) const {
+  const auto block = std::lower_bound(first_.begin(), first_.end(), unknown) - first_.begin();
+  DCHECK(first_[block] == unknown && first_[block + 1] == unknown + unknowns);
+  return {&inverse_[start_[block]], unknowns, unknowns};
+}
+
 int ConjugateGradients(const SymmetricMatrix& matrix, const Eigen::VectorXd& damping,
                        const BlockJacobi& preconditioner, const Eigen::VectorXd& b,
                        const ConjugateGradientOptions& options, Eigen::VectorXd* x) {
-  const int n = matrix.size;
+  return ConjugateGradients(
+      [&](const Eigen::VectorXd& p, Eigen::VectorXd* product) {
+        matrix.Multiply(p, damping, product);
+      },
+      [&](const Eigen::VectorXd& r, Eigen::VectorXd* z) { preconditioner.Apply(r, z); }, b, options,
+      x);
+}
+
+int ConjugateGradients(const LinearMap& multiply, const LinearMap& precondition,
+                       const Eigen::VectorXd& b, const ConjugateGradientOptions& options,
+                       Eigen::VectorXd* x) {
+  const auto n = static_cast<int>(b.size());
   x->setZero(n);
   Eigen::VectorXd r = b;
   Eigen::VectorXd z;
   Eigen::VectorXd product;
-  preconditioner.Apply(r, &z);
+  precondition(r, &z);
   Eigen::VectorXd p = z;
   double rz = Dot(r, z);
   double q_before = 0;
   int iteration = 0;
   while (iteration < options.max_iterations && rz > 0) {
-    matrix.Multiply(p, damping, &product);
+    multiply(p, &product);
     const double curvature = Dot(p, product);
     if (!(curvature > 0)) break;
     const double alpha = rz / curvature;
@@ -91,7 +128,7 @@ int ConjugateGradients(const SymmetricMatrix& matrix, const Eigen::VectorXd& dam
     ++iteration;
     if (iteration * (q - q_before) / q < options.tolerance) break;
     q_before = q;
-    preconditioner.Apply(r, &z);
+    precondition(r, &z);
     const double rz_next = Dot(r, z);
     const double beta = rz_next / rz;
     rz = rz_next;

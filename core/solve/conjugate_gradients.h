@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
 #include "core/solve/symmetric_matrix.h"
@@ -15,6 +16,12 @@ class BlockJacobi {
   // that is not positive definite is replaced by its diagonal.
   void Factor(const SymmetricMatrix& matrix, const Eigen::VectorXd& damping,
               const std::vector<int>& first);
+  // The same for a larger matrix: the absolute values of what is in a row outside its block are added to the diagonal.
+  // It is at least A + D: their difference is positive semi-definite.
+  void FactorMajorant(const SymmetricMatrix& matrix, const Eigen::VectorXd& damping,
+                      const std::vector<int>& first);
+  // The inverse of the block that begins at an unknown and has as many.
+  Eigen::Map<const Eigen::MatrixXd> OfUnknown(int unknown, int unknowns) const;
   // z = M^-1 r
   void Apply(const Eigen::VectorXd& r, Eigen::VectorXd* z) const;
 
@@ -32,7 +39,13 @@ struct ConjugateGradientOptions {
   double tolerance = 0.05;
 };
 
+// product = (A + D) x; z = M^-1 r
+using LinearMap = std::function<void(const Eigen::VectorXd& from, Eigen::VectorXd* to)>;
+
 // x starts at zero. Returns the number of iterations.
+int ConjugateGradients(const LinearMap& multiply, const LinearMap& precondition,
+                       const Eigen::VectorXd& b, const ConjugateGradientOptions& options,
+                       Eigen::VectorXd* x);
 int ConjugateGradients(const SymmetricMatrix& matrix, const Eigen::VectorXd& damping,
                        const BlockJacobi& preconditioner, const Eigen::VectorXd& b,
                        const ConjugateGradientOptions& options, Eigen::VectorXd* x);

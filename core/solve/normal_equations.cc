@@ -45,7 +45,10 @@ bool NormalEquations::Run(Wanted wanted, double* cost, Eigen::VectorXd* gradient
   for (const RoundEnergy::Part& part : energy_.parts()) {
     part.blocks->Prepare(wanted == Wanted::kMatrix);
   }
-  if (wanted == Wanted::kMatrix) std::fill(matrix_.value.begin(), matrix_.value.end(), 0.0);
+  if (wanted == Wanted::kMatrix) {
+    std::fill(matrix_.value.begin(), matrix_.value.end(), 0.0);
+    border_.curvature().setZero();
+  }
   for (size_t b = 0; b < batches_.size() && good; ++b) {
     const Batch& batch = batches_[b];
     ParallelFor(batch.end - batch.begin, kGrain, [&](int begin, int end) {
@@ -54,6 +57,7 @@ bool NormalEquations::Run(Wanted wanted, double* cost, Eigen::VectorXd* gradient
       }
     });
     if (wanted == Wanted::kCost) continue;
+    if (batch.of_cameras && good) AddToBorder(batch, wanted, gradient);
     ParallelFor(first_task_[b + 1] - first_task_[b], kGrain, [&](int begin, int end) {
       for (int t = begin; t < end; ++t) {
         AddRows(batch, row_tasks_[first_task_[b] + t], wanted, gradient);
@@ -61,7 +65,10 @@ bool NormalEquations::Run(Wanted wanted, double* cost, Eigen::VectorXd* gradient
     });
   }
   if (!good) return false;
-  if (wanted == Wanted::kMatrix) CopyLowerToUpper();
+  if (wanted == Wanted::kMatrix) {
+    CopyLowerToUpper();
+    if (!border_.empty()) FinishBorder();
+  }
   *cost = ChunkedSum(static_cast<int>(costs_.size()), [&](int begin, int end) {
     double sum = 0;
     for (int k = begin; k < end; ++k) sum += costs_[k];
@@ -105,7 +112,7 @@ void NormalEquations::AddRows(const Batch& batch, const RowTask& task, Wanted wa
     const ptrdiff_t stride = place.unknowns;
     int column = 0;
     for (const int* p = ParametersBegin(batch, of); p != ParametersEnd(batch, of); ++p) {
-      const int other = moving_of_[*p];
+      const int other = RowBlock(*p);
       if (other < 0) continue;
       const int width = blocks_[other].tangent_size;
       if (other <= task.block) {
@@ -126,7 +133,7 @@ void NormalEquations::AddRows(const Batch& batch, const RowTask& task, Wanted wa
 }
 
 void NormalEquations::CopyLowerToUpper() {
-  ParallelFor(static_cast<int>(blocks_.size()), kBlockGrain, [&](int begin, int end) {
+  ParallelFor(row_blocks_, kBlockGrain, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
       const MovingBlock& block = blocks_[k];
       const int64_t first = matrix_.start[block.first_unknown];

@@ -11,6 +11,9 @@
 // row of H and g that the batch touches adds the batch's blocks in their order. Which thread does a row does not
 // matter. The pattern of H and the place in it of every entry of every block are made once, in the constructor.
 //
+// Cameras (RoundEnergy::IsCamera) are the last unknowns. They have no rows in matrix() but are its border
+// (core/solve/camera_border.h).
+//
 // The values of moving parameter blocks are read and written in place, which Ceres' own minimisers
 // do too when a problem has an evaluation callback.
 #pragma once
@@ -23,6 +26,7 @@
 #include <vector>
 
 #include "core/mesh/mesh.h"
+#include "core/solve/camera_border.h"
 #include "core/solve/round_energy.h"
 #include "core/solve/symmetric_matrix.h"
 
@@ -31,7 +35,7 @@ namespace burin {
 class NormalEquations {
  public:
   // `callback` prepares the blocks for an evaluation, null if none. Unknowns are in the order of the parameters'
-  // numbers. The energy's blocks, constant parameters and manifolds must not change afterwards.
+  // numbers, but those of cameras come last. The energy's blocks, constant parameters and manifolds must not change afterwards.
   NormalEquations(const RoundEnergy& energy, ceres::EvaluationCallback* callback);
 
   int unknowns() const { return unknowns_; }
@@ -53,8 +57,14 @@ class NormalEquations {
   // callback is told that the point is not new.
   bool EvaluateGradient(double* cost, Eigen::VectorXd* gradient);
   bool Evaluate(double* cost, Eigen::VectorXd* gradient);
-  // H of the last Evaluate(), full rows.
+  // H of the last Evaluate(), full rows, without the cameras; and what these add to it.
   const SymmetricMatrix& matrix() const { return matrix_; }
+  const CameraBorder& border() const { return border_; }
+  CameraBorder* mutable_border() { return &border_; }
+  // y = (H + D) x with the cameras, D diagonal; `damping` may be empty for D = 0.
+  void Multiply(const Eigen::VectorXd& x, const Eigen::VectorXd& damping, Eigen::VectorXd* y) const;
+  // H's whole diagonal.
+  Eigen::VectorXd Diagonal() const;
 
   // Values of all moving blocks, one after the other.
   using State = std::vector<double>;
@@ -73,6 +83,7 @@ class NormalEquations {
     int begin;
     int end;
     int first;
+    bool of_cameras;  // moving ones: the blocks are parts of the border
   };
   struct Part {
     int first;  // number of its first block among all
@@ -111,11 +122,19 @@ class NormalEquations {
   bool EvaluateBlock(const Batch& batch, int k, Wanted wanted);
   void AddRows(const Batch& batch, const RowTask& task, Wanted wanted, Eigen::VectorXd* gradient);
   void CopyLowerToUpper();
+  void AddToBorder(const Batch& batch, Wanted wanted, Eigen::VectorXd* gradient);
+  void MakeBorder();
+  void FinishBorder();
+  // Of a parameter, the block that has rows in the matrix, or -1.
+  int RowBlock(int parameter) const {
+    return moving_of_[parameter] < row_blocks_ ? moving_of_[parameter] : -1;
+  }
 
   const RoundEnergy& energy_;
   ceres::EvaluationCallback* callback_;
   bool point_is_new_ = true;
   int unknowns_ = 0;
+  int row_blocks_ = 0;  // moving blocks before those of cameras
   int state_size_ = 0;
   std::vector<MovingBlock> blocks_;
   std::vector<int> block_of_unknown_;
@@ -136,6 +155,7 @@ class NormalEquations {
   std::vector<uint16_t> lower_of_upper_;
   std::vector<double> buffer_;  // one batch
   SymmetricMatrix matrix_;
+  CameraBorder border_;
 };
 
 }  // namespace burin

@@ -27,11 +27,16 @@ NormalEquations::NormalEquations(const RoundEnergy& energy, ceres::EvaluationCal
   MakeUnknowns();
   MakeBatches();
   MakePattern();
+  if (row_blocks_ < static_cast<int>(blocks_.size())) MakeBorder();
 }
 
 void NormalEquations::MakeUnknowns() {
   moving_of_.assign(energy_.ParameterCount(), -1);
-  const std::vector<int> moving = energy_.Moving();
+  std::vector<int> moving = energy_.Moving();
+  row_blocks_ = static_cast<int>(
+      std::stable_partition(moving.begin(), moving.end(),
+                            [&](int parameter) { return !energy_.IsCamera(parameter); }) -
+      moving.begin());
   blocks_.reserve(moving.size());
   first_plus_.reserve(moving.size());
   int plus_size = 0;
@@ -74,14 +79,19 @@ void NormalEquations::MakeBatches() {
     parts_.push_back({first, static_cast<int>(batches_.size())});
     for (int begin = 0; begin < part.blocks->size(); begin += kBatch) {
       const int end = std::min(part.blocks->size(), begin + kBatch);
-      batches_.push_back({part.blocks.get(), begin, end, first});
+      batches_.push_back({part.blocks.get(), begin, end, first, false});
       first += end - begin;
       int in_batch = 0;
       for (int k = begin; k < end; ++k) {
         Place place{in_batch, 0};
+        int in_rows = 0;
         for (const int* p = parameters.Begin(k); p != parameters.End(k); ++p) {
-          if (moving_of_[*p] >= 0) place.unknowns += blocks_[moving_of_[*p]].tangent_size;
+          if (moving_of_[*p] < 0) continue;
+          place.unknowns += blocks_[moving_of_[*p]].tangent_size;
+          in_rows += RowBlock(*p) >= 0 ? blocks_[moving_of_[*p]].tangent_size : 0;
         }
+        CHECK(in_rows == 0 || in_rows == place.unknowns) << "a block with cameras and others";
+        batches_.back().of_cameras |= in_rows < place.unknowns;
         in_batch += place.unknowns * (place.unknowns + 1);
         places_.push_back(place);
       }
@@ -99,12 +109,12 @@ int NormalEquations::BatchOf(int of) const {
 }
 
 void NormalEquations::MakePattern() {
-  const int block_count = static_cast<int>(blocks_.size());
+  const int block_count = row_blocks_;
   // Contributions by moving block, blocks of the energy in their order.
   std::vector<int> first(block_count + 1, 0);
   for (const RoundEnergy::Part& part : energy_.parts()) {
     for (const int parameter : part.blocks->parameters().index) {
-      if (moving_of_[parameter] >= 0) ++first[moving_of_[parameter] + 1];
+      if (RowBlock(parameter) >= 0) ++first[RowBlock(parameter) + 1];
     }
   }
   for (int k = 0; k < block_count; ++k) first[k + 1] += first[k];
@@ -114,7 +124,7 @@ void NormalEquations::MakePattern() {
     for (int of = batch.first; of < batch.first + batch.end - batch.begin; ++of) {
       int row = 0;
       for (const int* p = ParametersBegin(batch, of); p != ParametersEnd(batch, of); ++p) {
-        const int k = moving_of_[*p];
+        const int k = RowBlock(*p);
         if (k < 0) continue;
         contributions_[next[k]++] = {of, row};
         row += blocks_[k].tangent_size;
@@ -135,7 +145,7 @@ void NormalEquations::MakePattern() {
         const int of = contributions_[c].of;
         const Batch& batch = batches_[BatchOf(of)];
         for (const int* p = ParametersBegin(batch, of); p != ParametersEnd(batch, of); ++p) {
-          const int other = moving_of_[*p];
+          const int other = RowBlock(*p);
           if (other >= 0 && other <= k) found.push_back(other);
         }
       }
@@ -158,7 +168,7 @@ void NormalEquations::MakePattern() {
 
 // Columns of every row: its lower triangle, then its upper one, block by block.
 void NormalEquations::MakeRows(const Adjacency& lower) {
-  const int block_count = static_cast<int>(blocks_.size());
+  const int block_count = row_blocks_;
   std::vector<int> lower_length(block_count, 0);
   std::vector<int> length(block_count, 0);
   first_upper_.assign(block_count + 1, 0);
@@ -174,17 +184,20 @@ void NormalEquations::MakeRows(const Adjacency& lower) {
   }
   for (int k = 0; k < block_count; ++k) first_upper_[k + 1] += first_upper_[k];
   lower_of_upper_.resize(first_upper_[block_count]);
-  matrix_.size = unknowns_;
-  matrix_.start.assign(unknowns_ + 1, 0);
+  const int rows = row_blocks_ < static_cast<int>(blocks_.size())
+                       ? blocks_[row_blocks_].first_unknown
+                       : unknowns_;
+  matrix_.size = rows;
+  matrix_.start.assign(rows + 1, 0);
   for (int k = 0; k < block_count; ++k) {
     for (int i = 0; i < blocks_[k].tangent_size; ++i) {
       const int row = blocks_[k].first_unknown + i;
       matrix_.start[row + 1] = matrix_.start[row] + length[k];
     }
   }
-  matrix_.column.resize(matrix_.start[unknowns_]);
-  matrix_.value.resize(matrix_.start[unknowns_]);
-  matrix_.diagonal.resize(unknowns_);
+  matrix_.column.resize(matrix_.start[rows]);
+  matrix_.value.resize(matrix_.start[rows]);
+  matrix_.diagonal.resize(rows);
   std::vector<int> filled = lower_length;
   std::vector<int> next_upper(first_upper_.begin(), first_upper_.end() - 1);
   for (int k = 0; k < block_count; ++k) {
@@ -213,13 +226,13 @@ void NormalEquations::MakeRows(const Adjacency& lower) {
 
 // Where the entries of every contribution go, and which rows every batch touches.
 void NormalEquations::MakeSlots(const std::vector<int>& first, const Adjacency& lower) {
-  const int block_count = static_cast<int>(blocks_.size());
+  const int block_count = row_blocks_;
   const auto contribution_count = static_cast<int>(contributions_.size());
   const auto for_lower_parameters = [&](int k, int c, const auto& visit) {
     const int of = contributions_[c].of;
     const Batch& batch = batches_[BatchOf(of)];
     for (const int* p = ParametersBegin(batch, of); p != ParametersEnd(batch, of); ++p) {
-      const int other = moving_of_[*p];
+      const int other = RowBlock(*p);
       if (other >= 0 && other <= k) visit(other);
     }
   };

@@ -8,7 +8,8 @@
 //   rejected: radius /= 2, then 4, 8, ... until a step is taken
 //
 // (Nielsen 1999; scaling, constants and stopping test are those of Ceres, so that the solver.*
-// options mean the same). Different from Ceres: the last step, whose |dE| ends the solve, is kept
+// options mean the same). Cameras that move are unknowns of the same steps (core/solve/camera_border.h): D has
+// solver.camera_damping times the median over the cameras beside theirs. Different from Ceres: the last step, whose |dE| ends the solve, is kept
 // when it lowers E; H is assembled (core/solve/normal_equations.h); everything uses all threads and has
 // the same bytes for any number of them.
 #include <algorithm>
@@ -28,21 +29,32 @@ constexpr double kMinRho = 1e-3;
 constexpr double kMaxRadius = 1e16;
 constexpr double kMinRadius = 1e-32;
 constexpr double kGradientTolerance = 1e-10;
+// Steps with cameras: along the valleys in which surface and cameras move together conjugate gradients are slow.
+constexpr int kJointIterations = 100;
+constexpr double kJointTolerance = 0.01;
+constexpr int kSchurTries = 6;
 
 class LmPcg {
  public:
   LmPcg(const SolveTask& task, const SolverOptions& options)
       : task_(task), options_(options), equations_(*task.energy, task.evaluation_callback) {
     for (const NormalEquations::MovingBlock& block : equations_.moving_blocks()) {
+      if (block.first_unknown >= equations_.matrix().size) break;  // cameras
       first_.push_back(block.first_unknown);
     }
-    first_.push_back(equations_.unknowns());
+    first_.push_back(equations_.matrix().size);
   }
   SolveSummary Solve();
 
  private:
   // Fills step_; returns the decrease of E that the model predicts.
   double ComputeStep();
+  void SolveSurface(const Eigen::VectorXd& damping);
+  void SolveJoint(Eigen::VectorXd damping);
+  // RMS displacement of the vertices in pixels of the level.
+  double StepPixels() const;
+  // Back to the last accepted point.
+  bool Return(const NormalEquations::State& state);
   // False: stop.
   bool Report(int iteration, bool accepted);
 
@@ -50,7 +62,7 @@ class LmPcg {
   const SolverOptions& options_;
   const Stopwatch watch_;
   NormalEquations equations_;
-  std::vector<int> first_;  // unknown of each moving block, and the end
+  std::vector<int> first_;  // unknown of each moving block but cameras, and the end
   BlockJacobi preconditioner_;
   double cost_ = 0;
   double radius_ = 0;
@@ -63,24 +75,67 @@ class LmPcg {
 
 double LmPcg::ComputeStep() {
   const Stopwatch watch;
-  const SymmetricMatrix& matrix = equations_.matrix();
-  const Eigen::VectorXd diagonal = matrix.Diagonal();
+  const Eigen::VectorXd diagonal = equations_.Diagonal();
   if (scale_squared_.size() == 0) {
     scale_squared_ = (1 + diagonal.array().sqrt()).square().inverse();
   }
   const Eigen::VectorXd damping =
       (diagonal.array() * scale_squared_.array()).max(kMinDiagonal).min(kMaxDiagonal) /
       (scale_squared_.array() * radius_);
-  preconditioner_.Factor(matrix, damping, first_);
-  ConjugateGradientOptions cg;
-  cg.max_iterations = options_.cg_max_iterations;
-  cg.tolerance = options_.cg_tolerance;
-  linear_iterations_ = ConjugateGradients(matrix, damping, preconditioner_, -gradient_, cg, &step_);
+  if (equations_.border().empty()) {
+    SolveSurface(damping);
+  } else {
+    SolveJoint(damping);
+  }
   Eigen::VectorXd product;
-  matrix.Multiply(step_, Eigen::VectorXd(), &product);
+  equations_.Multiply(step_, Eigen::VectorXd(), &product);
   const double decrease = -(Dot(gradient_, step_) + 0.5 * Dot(step_, product));
   summary_.linear_solver_seconds += watch.Seconds();
   return decrease;
+}
+
+void LmPcg::SolveSurface(const Eigen::VectorXd& damping) {
+  preconditioner_.Factor(equations_.matrix(), damping, first_);
+  ConjugateGradientOptions cg;
+  cg.max_iterations = options_.cg_max_iterations;
+  cg.tolerance = options_.cg_tolerance;
+  linear_iterations_ =
+      ConjugateGradients(equations_.matrix(), damping, preconditioner_, -gradient_, cg, &step_);
+}
+
+void LmPcg::SolveJoint(Eigen::VectorXd damping) {
+  CameraBorder* border = equations_.mutable_border();
+  const int rows = equations_.matrix().size;
+  damping.tail(border->unknowns()) += options_.camera_damping * border->MedianDiagonal();
+  preconditioner_.FactorMajorant(equations_.matrix(), damping.head(rows), first_);
+  // Rounding may leave a direction of no curvature below zero.
+  for (int tries = 0; tries < kSchurTries; ++tries) {
+    if (border->Factor(preconditioner_, damping.tail(border->unknowns()))) break;
+    damping.tail(border->unknowns()) *= 10;
+  }
+  ConjugateGradientOptions cg;
+  cg.max_iterations = std::max(options_.cg_max_iterations, kJointIterations);
+  cg.tolerance = std::min(options_.cg_tolerance, kJointTolerance);
+  linear_iterations_ = ConjugateGradients(
+      [&](const Eigen::VectorXd& p, Eigen::VectorXd* product) {
+        equations_.Multiply(p, damping, product);
+      },
+      [&](const Eigen::VectorXd& r, Eigen::VectorXd* z) {
+        border->ApplyInverse(preconditioner_, r, z);
+      },
+      -gradient_, cg, &step_);
+}
+
+double LmPcg::StepPixels() const {
+  const double moving = std::max<double>(1, static_cast<double>(first_.size()) - 1);
+  const Eigen::VectorXd of_surface = step_.head(equations_.matrix().size);
+  return std::sqrt(Dot(of_surface, of_surface) / moving) / task_.pixel;
+}
+
+bool LmPcg::Return(const NormalEquations::State& state) {
+  equations_.Restore(state);
+  // What couples vertices and cameras is of the last evaluation (core/solve/energy_blocks.h).
+  return equations_.border().empty() || equations_.Evaluate(&cost_, &gradient_);
 }
 
 bool LmPcg::Report(int iteration, bool accepted) {
@@ -113,7 +168,6 @@ SolveSummary LmPcg::Solve() {
   equations_.Save(&state);
   radius_ = options_.initial_trust_radius;
   double shrink = 2;
-  const double moving = std::max<double>(1, static_cast<double>(equations_.moving_blocks().size()));
   for (int iteration = 1;; ++iteration) {
     if (iteration > options_.max_iterations) {
       summary_.termination = "Maximum number of iterations reached.";
@@ -124,7 +178,7 @@ SolveSummary LmPcg::Solve() {
       return summary_;
     }
     const double predicted = ComputeStep();
-    const double step_px = std::sqrt(Dot(step_, step_) / moving) / task_.pixel;
+    const double step_px = StepPixels();
     if (step_px < options_.min_step_px) {
       summary_.termination =
           "Next step of " + std::to_string(step_px) + " px is shorter than solver.min_step_px.";
@@ -151,7 +205,10 @@ SolveSummary LmPcg::Solve() {
       shrink = 2;
       if (!Report(iteration, true)) return summary_;
     } else {
-      equations_.Restore(state);
+      if (!Return(state)) {
+        summary_.termination = "Evaluation of derivatives failed.";
+        return summary_;
+      }
       radius_ /= shrink;
       shrink *= 2;
       if (!Report(iteration, false)) return summary_;

@@ -12,6 +12,8 @@
 //                   solver.initial_trust_radius: the first direction is nearly a
 //                   Levenberg-Marquardt step
 //
+// Cameras that move have their part of H's diagonal for M, for lbfgs_sobolev in units of the vertices' mean.
+//
 // c makes step 1 along the first direction p = -M^-1 g the minimum of the model with H: with
 // alpha = -g.p / p.H p, c^2 = 1 / alpha (and larger where the line search would take less than a
 // full first step). Factor and ordering are made once a round by CHOLMOD and used at every
@@ -35,8 +37,27 @@ namespace {
 // points than H; this share of the mean diagonal is to hold them. It is not tuned: see
 // docs/solver_study.md, where rounding alone changes the result by more than 0 or 0.1 here does.
 constexpr double kMeanDamping = 0.01;
+constexpr double kNoCurvature = 1e-12;
 
-// I + length^2 K in the unknowns of `equations`.
+// H's diagonal at the unknowns of cameras; no zeros.
+Eigen::VectorXd CameraDiagonal(const NormalEquations& equations) {
+  const Eigen::VectorXd diagonal = equations.border().curvature().diagonal();
+  if (diagonal.size() == 0) return diagonal;
+  return diagonal.array().max(kMeanDamping * diagonal.mean() + kNoCurvature);
+}
+
+// A matrix of more unknowns, with `diagonal` for these.
+SymmetricMatrix WithDiagonal(SymmetricMatrix matrix, const Eigen::VectorXd& diagonal) {
+  for (const double entry : diagonal) {
+    matrix.diagonal.push_back(static_cast<int64_t>(matrix.column.size()));
+    matrix.column.push_back(matrix.size++);
+    matrix.value.push_back(entry);
+    matrix.start.push_back(static_cast<int64_t>(matrix.column.size()));
+  }
+  return matrix;
+}
+
+// I + length^2 K in the unknowns of `equations` that are not cameras'.
 SymmetricMatrix SobolevMatrix(const NormalEquations& equations, const SolveTask& task,
                               double length) {
   const std::vector<NormalEquations::MovingBlock>& blocks = equations.moving_blocks();
@@ -46,10 +67,10 @@ SymmetricMatrix SobolevMatrix(const NormalEquations& equations, const SolveTask&
     if (blocks[k].parameter < vertex_count) moving_of[blocks[k].parameter] = static_cast<int>(k);
   }
   SymmetricMatrix matrix;
-  matrix.size = equations.unknowns();
+  matrix.size = equations.matrix().size;
   matrix.start.push_back(0);
   std::vector<int> neighbors;
-  for (size_t k = 0; k < blocks.size(); ++k) {
+  for (size_t k = 0; k < blocks.size() && blocks[k].first_unknown < matrix.size; ++k) {
     neighbors.clear();
     const int v = blocks[k].parameter;
     if (v < vertex_count) {
@@ -185,7 +206,7 @@ SolveSummary Minimise(const SolveTask& task, const SolverOptions& options,
   Eigen::VectorXd direction;
   factor.ApplyInverseUpper(changed, &direction);
   Eigen::VectorXd product;
-  equations.matrix().Multiply(direction, Eigen::VectorXd(), &product);
+  equations.Multiply(direction, Eigen::VectorXd(), &product);
   const double curvature = direction.dot(product);
   summary.linear_solver_seconds = watch.Seconds();
   // Ceres' first step along -dE/dy is min(1, 1 / |dE/dy|_max); it is to be `alpha` in the unscaled
@@ -224,18 +245,23 @@ SolveSummary Minimise(const SolveTask& task, const SolverOptions& options,
 
 SolveSummary SolveLbfgsSobolev(const SolveTask& task, const SolverOptions& options) {
   return Minimise(task, options, [&](const NormalEquations& equations, SparseCholesky* factor) {
-    const SymmetricMatrix matrix = SobolevMatrix(equations, task, options.sobolev_length);
+    const double mean = equations.matrix().Diagonal().mean() + kNoCurvature;
+    const SymmetricMatrix matrix = WithDiagonal(
+        SobolevMatrix(equations, task, options.sobolev_length), CameraDiagonal(equations) / mean);
     return factor->Factor(matrix, Eigen::VectorXd::Zero(matrix.size));
   });
 }
 
 SolveSummary SolveLbfgsH(const SolveTask& task, const SolverOptions& options) {
   return Minimise(task, options, [&](const NormalEquations& equations, SparseCholesky* factor) {
-    const SymmetricMatrix& matrix = equations.matrix();
-    const Eigen::VectorXd diagonal = matrix.Diagonal();
+    const Eigen::VectorXd cameras = CameraDiagonal(equations);
+    const Eigen::VectorXd diagonal = equations.matrix().Diagonal();
     const double mean_damping = kMeanDamping * diagonal.mean();
-    return factor->Factor(
-        matrix, (diagonal.array() / options.initial_trust_radius + mean_damping).matrix());
+    Eigen::VectorXd damping(equations.unknowns());
+    damping << (diagonal.array() / options.initial_trust_radius + mean_damping).matrix(),
+        kMeanDamping * cameras;
+    if (cameras.size() == 0) return factor->Factor(equations.matrix(), damping);
+    return factor->Factor(WithDiagonal(equations.matrix(), cameras), damping);
   });
 }
 
