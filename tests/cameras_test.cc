@@ -57,7 +57,8 @@ double Error(const std::vector<Camera>& cameras, Similarity* motion = nullptr) {
 
 TrackStep Step(const SyntheticScene& scene) {
   return RefineByTracks(scene.scene, scene.init,
-                        SelectPairs(scene.scene, scene.init, PairsOptions()).pairs);
+                        SelectPairs(scene.scene, scene.init, PairsOptions()).pairs,
+                        TrackRule::kBetter);
 }
 
 TEST(Cameras, TracksThroughTheMeshTakeTheErrorAway) {

@@ -108,7 +108,8 @@ JudgedScene JudgeAndSelect(const Scene& scene, const TriangleMesh& mesh,
       judge ? SelectOrExplain(scene, mesh, options.pairs) : SelectPairs(scene, mesh, options.pairs);
   const auto refine_cameras = [&](const Scene& of) {
     if (!options.refinement.cameras.ByTracks()) return;
-    judged.by_tracks = RefineByTracks(of, mesh, judged.selection.pairs);
+    judged.by_tracks =
+        RefineByTracks(of, mesh, judged.selection.pairs, RuleOf(options.refinement.cameras.refine));
   };
   refine_cameras(scene);
   if (!judge) return judged;

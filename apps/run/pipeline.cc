@@ -149,7 +149,8 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
     } else if (checked.refinement.cameras.ByTracks()) {
       const TrackStep step = parts.by_tracks != nullptr
                                  ? *parts.by_tracks
-                                 : RefineByTracks(scene, mesh, result.selection.pairs);
+                                 : RefineByTracks(scene, mesh, result.selection.pairs,
+                                                  RuleOf(checked.refinement.cameras.refine));
       refinement.cameras = step.cameras;
       if (parts.on_cameras) parts.on_cameras(step);
     }

@@ -33,7 +33,9 @@ struct TrackAgreement {
   double after = 0;
   double standard_error = 0;  // of after - before
   int tracks = 0;
-  bool Better() const { return tracks >= 8 && before - after > 2 * standard_error; }
+  bool Known() const { return tracks >= 8; }
+  bool Better() const { return Known() && before - after > 2 * standard_error; }
+  bool Worse() const { return Known() && after - before > 2 * standard_error; }
 };
 
 struct Bundle {

@@ -2,7 +2,7 @@
 //
 // A textured 11x11 window of a view is warped through the mesh into up to four partners, as the verdict's are
 // (core/evidence/window_matches.h), and its best match is looked for up to 20 px along and 8 px across the
-// epipolar line, in images of at most kMatchSidePx. A match counts when its ZNCC is above .7 and by .05 above every other
+// epipolar line, in images of at most `largest_side_px`. A match counts when its ZNCC is above .7 and by .05 above every other
 // place's. A window with at least two partners' matches is a track: its centre in its own view, the matches in
 // the others. A rough mesh is good enough: it chooses the windows and brings the search near.
 #pragma once
@@ -28,7 +28,6 @@ struct MeshTracks {
 
 // Of pairs that FirstPartners() leaves of `pairs`. The same for any number of threads.
 MeshTracks FindMeshTracks(const Scene& scene, const TriangleMesh& mesh,
-                          const std::vector<CameraPair>& pairs,
-                          int largest_side_px = kMatchSidePx);
+                          const std::vector<CameraPair>& pairs, int largest_side_px = kMatchSidePx);
 
 }  // namespace burin

@@ -1,6 +1,7 @@
 #include "core/cameras/track_step.h"
 
 #include <cmath>
+#include <iterator>
 #include <string>
 
 #include "core/cameras/pose_uncertainty.h"
@@ -11,7 +12,8 @@
 namespace burin {
 namespace {
 
-constexpr int kRounds = 2;
+// Of the images searched: small ones reach further, and large ones measure finer.
+constexpr int kSidePx[] = {kMatchSidePx, 2 * kMatchSidePx};
 
 double RootMeanSquare(const std::vector<double>& values) {
   double sum = 0;
@@ -27,7 +29,7 @@ double RootMeanSquare(const std::vector<double>& values) {
 }  // namespace
 
 TrackStep RefineByTracks(const Scene& scene, const TriangleMesh& mesh,
-                         const std::vector<CameraPair>& pairs) {
+                         const std::vector<CameraPair>& pairs, TrackRule rule) {
   const Stopwatch watch;
   TrackStep step;
   const std::vector<Camera> given = CamerasOf(scene);
@@ -35,9 +37,8 @@ TrackStep RefineByTracks(const Scene& scene, const TriangleMesh& mesh,
   const std::vector<std::vector<Eigen::Vector3d>> surface = SeenPoints(mesh, scene.views);
   Scene now = scene;
   MeshTracks tracks;
-  for (int round = 0; round < kRounds; ++round) {
-    static const char* side = getenv("SIDE");
-    tracks = FindMeshTracks(now, mesh, pairs, round > 0 && side ? atoi(side) : kMatchSidePx);
+  for (size_t round = 0; round < std::size(kSidePx); ++round) {
+    tracks = FindMeshTracks(now, mesh, pairs, kSidePx[round]);
     step.bundle = AdjustBundle(now, tracks);
     if (step.bundle.tracks == 0) break;
     CameraSimilarity fit;
@@ -53,11 +54,14 @@ TrackStep RefineByTracks(const Scene& scene, const TriangleMesh& mesh,
       PoseDeviations(step.bundle.cameras, tracks, step.bundle.sigma, kFinestLossPx, surface);
   step.deviation_rms_px = RootMeanSquare(step.deviation_px);
   step.agreement = CompareKeptOut(tracks, given, step.bundle.cameras);
-  if (step.agreement.tracks < 8) {
+  const bool better = rule == TrackRule::kBetter;
+  if (!step.agreement.Known()) {
     step.reason = "too few windows match through the mesh";
-  } else if (!step.agreement.Better()) {
+  } else if (better && !step.agreement.Better()) {
     step.reason = "tracks that were kept out agree no better";
-  } else if (!(step.moved_rms_px > kBeyond * step.deviation_rms_px)) {
+  } else if (!better && step.agreement.Worse()) {
+    step.reason = "tracks that were kept out agree less";
+  } else if (better && !(step.moved_rms_px > kBeyond * step.deviation_rms_px)) {
     step.reason = "the step is within its uncertainty";
   } else {
     step.kept = true;

@@ -1,5 +1,5 @@
 // The first step of refining cameras: tracks through the mesh (core/cameras/mesh_tracks.h) and their bundle
-// adjustment (core/cameras/bundle.h), twice, the second time through cameras that are nearly right. It takes pixels of error away, and
+// adjustment (core/cameras/bundle.h), twice: the second time through cameras that are nearly right, in images of twice the size. It takes pixels of error away, and
 // knows nothing of what is smaller than the mesh is wrong.
 //
 // Its cameras are kept where they are better than the ones given: tracks that were kept out agree more by two standard
@@ -13,12 +13,16 @@
 
 #include "core/cameras/bundle.h"
 #include "core/mesh/mesh.h"
+#include "core/scene/cameras_options.h"
 #include "core/scene/pairs.h"
 #include "core/scene/scene.h"
 
 namespace burin {
 
 constexpr double kBeyond = 2;
+
+// Which cameras are kept: new ones that are known to be better, as above, or those that are not known to be worse.
+enum class TrackRule { kBetter, kNotWorse };
 
 struct TrackStep {
   std::vector<Camera>
@@ -36,8 +40,12 @@ struct TrackStep {
   double seconds = 0;
 };
 
+inline TrackRule RuleOf(CameraUnknowns refine) {
+  return refine == CameraUnknowns::kAuto ? TrackRule::kBetter : TrackRule::kNotWorse;
+}
+
 // Of `pairs`: those that are refined with. The same for any number of threads.
 TrackStep RefineByTracks(const Scene& scene, const TriangleMesh& mesh,
-                         const std::vector<CameraPair>& pairs);
+                         const std::vector<CameraPair>& pairs, TrackRule rule);
 
 }  // namespace burin

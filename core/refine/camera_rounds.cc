@@ -31,7 +31,8 @@ std::vector<Camera> CamerasOf(const std::vector<LevelView>& views) {
 }  // namespace
 
 bool MovesCameras(const CamerasOptions& options, int level, int round, int rounds) {
-  return options.Jointly() && level <= options.coarsest_joint && round + 1 < rounds;
+  return options.Jointly() && level <= options.coarsest_joint && level >= options.finest_joint &&
+         round < options.joint_rounds && round + 1 < rounds;
 }
 
 std::vector<CameraPose> PosesOf(const std::vector<LevelView>& views) {

@@ -6,9 +6,12 @@
 
 namespace burin {
 
-enum class CameraUnknowns { kNone, kPoses };
+// kAuto: poses, where they are known to be better; kPoses: wherever they are not known to be worse.
+enum class CameraUnknowns { kNone, kAuto, kPoses };
 inline Choices<CameraUnknowns> ChoicesOf(CameraUnknowns) {
-  return {{CameraUnknowns::kNone, "none"}, {CameraUnknowns::kPoses, "poses"}};
+  return {{CameraUnknowns::kNone, "none"},
+          {CameraUnknowns::kAuto, "auto"},
+          {CameraUnknowns::kPoses, "poses"}};
 }
 
 // kTracks: before the first level, over tracks through the mesh (core/cameras/track_step.h). kJoint: with the surface, in rounds
@@ -22,8 +25,10 @@ inline Choices<CameraSteps> ChoicesOf(CameraSteps) {
 
 struct CamerasOptions {
   CameraUnknowns refine = CameraUnknowns::kNone;
-  CameraSteps steps = CameraSteps::kTracks;
-  int coarsest_joint = 2;  // level
+  CameraSteps steps = CameraSteps::kBoth;
+  int coarsest_joint = 1;  // level
+  int finest_joint = 1;    // level
+  int joint_rounds = 1;    // at most, of a level
   void Describe(OptionSet* set);
 
   bool ByTracks() const { return refine != CameraUnknowns::kNone && steps != CameraSteps::kJoint; }

@@ -1,0 +1,163 @@
+// Rounds that move the cameras with the surface, in whole refinements.
+#include "core/refine/camera_rounds.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/run/pipeline.h"
+#include "core/scene/camera_similarity.h"
+#include "core/synthetic/synthetic.h"
+#include "core/visibility/seen_points.h"
+#include "tests/small_relief.h"
+
+namespace burin {
+namespace {
+
+// A relief seen by cameras that are off by a pixel, and by the true ones.
+struct Scenes {
+  SyntheticScene exact;
+  SyntheticScene noisy;
+};
+
+const Scenes& Relief() {
+  static const auto* scenes = [] {
+    SyntheticOptions options = test::SmallReliefOptions(7);
+    auto* made = new Scenes;
+    made->exact = MakeSyntheticScene(options);
+    options.pose_noise_px = 1;
+    made->noisy = MakeSyntheticScene(options);
+    return made;
+  }();
+  return *scenes;
+}
+
+double Error(const std::vector<Camera>& cameras) {
+  const SyntheticScene& exact = Relief().exact;
+  CameraSimilarity fit;
+  std::string error;
+  EXPECT_TRUE(FitCameraSimilarity(CamerasOf(exact.scene), cameras,
+                                  SeenPoints(exact.truth, exact.scene.views), &fit, &error))
+      << error;
+  return fit.errors.rms_px;
+}
+
+PipelineOptions Options(CameraSteps steps) {
+  PipelineOptions options;
+  options.refinement.cameras.refine = CameraUnknowns::kPoses;
+  options.refinement.cameras.steps = steps;
+  options.refinement.cameras.finest_joint = 0;
+  options.refinement.cameras.joint_rounds = 10;
+  options.refinement.level.count = 2;
+  options.refinement.solver.max_iterations = 6;
+  return options;
+}
+
+PipelineResult Refined(const PipelineOptions& options, const PipelineParts& given = {}) {
+  PipelineParts parts = given;
+  parts.measure_quality = false;
+  return RunPipeline(Relief().noisy.scene, Relief().noisy.init, options, parts);
+}
+
+bool Same(const std::vector<Camera>& a, const std::vector<Camera>& b) {
+  for (size_t v = 0; v < a.size(); ++v) {
+    if (a[v].rotation != b[v].rotation || a[v].translation != b[v].translation) return false;
+  }
+  return a.size() == b.size();
+}
+
+TEST(CameraRounds, TakeTheErrorAwayWithTheSurface) {
+  const double before = Error(CamerasOf(Relief().noisy.scene));
+  const PipelineResult result = Refined(Options(CameraSteps::kJoint));
+  EXPECT_GT(before, 1);
+  EXPECT_LT(Error(result.refinement.cameras), 0.1 * before);
+  bool moved = false;
+  for (const LevelSummary& level : result.refinement.levels) {
+    for (const RoundSummary& round : level.rounds) {
+      const bool last = round.round + 1 == static_cast<int>(level.rounds.size());
+      EXPECT_EQ(round.camera_px > 0, !last);
+      moved = moved || round.camera_px > 0;
+    }
+  }
+  EXPECT_TRUE(moved);
+}
+
+TEST(CameraRounds, LeaveCamerasAloneUnlessAsked) {
+  PipelineOptions options = Options(CameraSteps::kBoth);
+  options.refinement.cameras.refine = CameraUnknowns::kNone;
+  EXPECT_TRUE(Same(Refined(options).refinement.cameras, CamerasOf(Relief().noisy.scene)));
+}
+
+TEST(CameraRounds, AreTheSameOnAnyNumberOfThreads) {
+  PipelineOptions options = Options(CameraSteps::kBoth);
+  options.threads = 1;
+  const PipelineResult one = Refined(options);
+  options.threads = 2;
+  const PipelineResult two = Refined(options);
+  EXPECT_EQ(one.mesh.vertices, two.mesh.vertices);
+  EXPECT_TRUE(Same(one.refinement.cameras, two.refinement.cameras));
+}
+
+TEST(CameraRounds, ARunThatGoesOnComesToTheSameBytes) {
+  const PipelineOptions options = Options(CameraSteps::kBoth);
+  std::vector<std::vector<uint8_t>> states;
+  PipelineParts parts;
+  parts.observers.on_state = [&](const RefinementState& state) {
+    states.push_back(StateBytes(state));
+  };
+  const PipelineResult whole = Refined(options, parts);
+  ASSERT_GE(states.size(), 4U);
+  for (const size_t k : {size_t{0}, states.size() / 2, states.size() - 1}) {
+    const RefinementState start = StateFromBytes(states[k]);
+    PipelineParts rest;
+    rest.start = &start;
+    const PipelineResult result = Refined(options, rest);
+    EXPECT_EQ(result.mesh.vertices, whole.mesh.vertices) << k;
+    EXPECT_TRUE(Same(result.refinement.cameras, whole.refinement.cameras)) << k;
+  }
+}
+
+// Finds every level worse.
+class StrictJudge : public LevelJudge {
+ public:
+  const std::vector<CameraPair>& HeldBackPairs() const override { return pairs_; }
+  void BeginLevel(const RoundContext&, const TermRounds&) override {}
+  LevelVerdict EndLevel(const RoundContext&, const TermRounds&,
+                        const TriangleMesh& after) override {
+    return {std::vector<char>(after.vertices.size(), 1), {}};
+  }
+
+ private:
+  std::vector<CameraPair> pairs_;
+};
+
+TEST(CameraRounds, AreUndoneWithTheirLevel) {
+  StrictJudge judge;
+  PipelineParts parts;
+  parts.judge = &judge;
+  const PipelineResult result = Refined(Options(CameraSteps::kJoint), parts);
+  EXPECT_TRUE(Same(result.refinement.cameras, CamerasOf(Relief().noisy.scene)));
+  for (size_t v = 0; v < Relief().noisy.init.vertices.size(); ++v) {
+    EXPECT_LT((result.mesh.vertices[v] - Relief().noisy.init.vertices[v]).norm(),
+              1e-9 * Relief().noisy.footprint + 1e-12);
+  }
+}
+
+// The surface's image stays where it was, and so does what does not move.
+TEST(CameraRounds, TheFrameIsTheInputs) {
+  const PipelineResult result = Refined(Options(CameraSteps::kJoint));
+  CameraSimilarity fit;
+  std::string error;
+  ASSERT_TRUE(FitCameraSimilarity(CamerasOf(Relief().noisy.scene), result.refinement.cameras,
+                                  SeenPoints(Relief().noisy.init, Relief().noisy.scene.views), &fit,
+                                  &error));
+  // Each round is held on its own surface: what is left is of second order.
+  EXPECT_NEAR(fit.second_from_first.scale, 1, 2e-4);
+  EXPECT_LT(fit.second_from_first.AngleDeg(), 0.02);
+}
+
+}  // namespace
+}  // namespace burin
