@@ -11,10 +11,11 @@ namespace burin {
 class Program;
 
 // burin synth --output DIR [--scene NAME] [--mesh scan.obj]: a scene with exact truth as a COLMAP
-// workspace, with init.ply, truth.ply, truth_points.ply and depth/ beside it.
+// workspace, with init.ply, truth.ply, truth_points.ply, depth/ and true_cameras/ beside it.
 void AddSynthCommand(Program* program);
 
-// burin evaluate --mesh M.ply --truth T.ply: the scores of a mesh, as text or as JSON.
+// burin evaluate --mesh M.ply --truth T.ply: the scores of a mesh, as text or as JSON; --scene SCENE --cameras
+// TRUE_MODEL: errors of cameras.
 void AddEvaluateCommand(Program* program);
 
 // burin picture SCENE_DIR --mesh M.ply --truth T.ply --output FILE: the mesh, shaded and in the
