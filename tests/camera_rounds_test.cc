@@ -146,17 +146,20 @@ TEST(CameraRounds, AreUndoneWithTheirLevel) {
   }
 }
 
-// The surface's image stays where it was, and so does what does not move.
+// Centroid, turn and size of the world stay: no similarity brings the surface's image nearer to that of the cameras given
+// than none. (How the world is turned is told by the surface seen: here by a tenth of a degree.)
 TEST(CameraRounds, TheFrameIsTheInputs) {
   const PipelineResult result = Refined(Options(CameraSteps::kJoint));
+  const std::vector<Camera> given = CamerasOf(Relief().noisy.scene);
+  const auto points = SeenPoints(Relief().noisy.init, Relief().noisy.scene.views);
   CameraSimilarity fit;
   std::string error;
-  ASSERT_TRUE(FitCameraSimilarity(CamerasOf(Relief().noisy.scene), result.refinement.cameras,
-                                  SeenPoints(Relief().noisy.init, Relief().noisy.scene.views), &fit,
-                                  &error));
-  // Each round is held on its own surface: what is left is of second order.
+  ASSERT_TRUE(FitCameraSimilarity(given, result.refinement.cameras, points, &fit, &error));
   EXPECT_NEAR(fit.second_from_first.scale, 1, 2e-4);
-  EXPECT_LT(fit.second_from_first.AngleDeg(), 0.02);
+  EXPECT_LT(fit.second_from_first.AngleDeg(), 0.2);
+  const CameraErrors still = MeasureCameraErrors(result.refinement.cameras,
+                                                 SightingsOf(given, points), Similarity());
+  EXPECT_LT(still.rms_px, 1.02 * fit.errors.rms_px);
 }
 
 }  // namespace

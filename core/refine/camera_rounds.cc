@@ -22,12 +22,6 @@ std::vector<std::vector<Eigen::Vector3d>> PointsOf(const RoundContext& context) 
   return points;
 }
 
-std::vector<Camera> CamerasOf(const std::vector<LevelView>& views) {
-  std::vector<Camera> cameras;
-  for (const LevelView& view : views) cameras.push_back(view.camera);
-  return cameras;
-}
-
 }  // namespace
 
 bool MovesCameras(const CamerasOptions& options, int level, int round, int rounds) {
@@ -41,15 +35,28 @@ std::vector<CameraPose> PosesOf(const std::vector<LevelView>& views) {
   return poses;
 }
 
-double TakeCameras(const RoundContext& context, const NormalizedWorld& world,
+double TakeCameras(const RoundContext& context, const Scene& given, const NormalizedWorld& world,
                    const std::vector<CameraPose>& poses, std::vector<Eigen::Vector3d>* vertices,
                    std::vector<Camera>* cameras) {
-  const std::vector<Camera> before = CamerasOf(*context.views);
-  std::vector<Camera> after = before;
-  for (size_t v = 0; v < after.size(); ++v) SetPose(poses[v], &after[v]);
+  std::vector<Camera> first;
+  std::vector<Camera> before;
+  std::vector<Camera> after;
+  for (size_t v = 0; v < poses.size(); ++v) {
+    const Camera& camera = (*context.views)[v].camera;
+    first.push_back(given.views[v]
+                        .camera.Resized(camera.width, camera.height)
+                        .InScaledWorld(world.origin, 1 / world.footprint));
+    before.push_back(camera);
+    SetPose(poses[v], &after.emplace_back(camera));
+  }
+  const std::vector<std::vector<Eigen::Vector3d>> points = PointsOf(context);
+  CameraSimilarity motion;
   CameraSimilarity fit;
   std::string error;
-  if (!FitCameraSimilarity(before, after, PointsOf(context), &fit, &error)) return 0;
+  if (!FitCameraSimilarity(before, after, points, &motion, &error) ||
+      !FitCameraSimilarity(first, after, points, &fit, &error)) {
+    return 0;
+  }
   const Similarity back = fit.second_from_first.Inverse();
   for (size_t v = 0; v < vertices->size(); ++v) {
     if (context.moves[v] != 0) (*vertices)[v] = back * (*vertices)[v];
@@ -61,7 +68,7 @@ double TakeCameras(const RoundContext& context, const NormalizedWorld& world,
     const Eigen::Vector3d center = world.origin + world.footprint * moved.Center();
     camera.translation = -(camera.rotation * center);
   }
-  return fit.errors.rms_px;
+  return motion.errors.rms_px;
 }
 
 }  // namespace burin
