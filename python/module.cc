@@ -30,6 +30,7 @@
 #include "core/support/parallel.h"
 #include "core/support/stopwatch.h"
 #include "python/arrays.h"
+#include "python/options.h"
 
 namespace py = pybind11;
 
@@ -38,58 +39,6 @@ namespace {
 
 using Path = std::filesystem::path;
 constexpr double kMostGrey = 1e6;
-
-// Other Python threads run during the call.
-template <typename Call>
-auto WithoutGil(const Call& call) {
-  const py::gil_scoped_release release;
-  return call();
-}
-
-// Options as the C++ structs have them; Python names them by OptionSet.
-struct Options {
-  Options() { options.Describe(&set); }
-  Options(const Options& other) : options(other.options) { options.Describe(&set); }
-  Options& operator=(const Options&) = delete;
-
-  std::vector<std::string> Names() const {
-    std::vector<std::string> names;
-    for (const Option& option : set.options()) names.push_back(option.name);
-    return names;
-  }
-  Option& At(const std::string& name) {
-    Option* option = set.Find(name);
-    if (option == nullptr) throw py::key_error(name + ": there is no option of this name");
-    return *option;
-  }
-  py::object Get(const std::string& name) {
-    return At(name).Visit([](const auto& value) -> py::object { return py::cast(value); });
-  }
-  void Set(const std::string& name, const py::object& value) {
-    Option& option = At(name);
-    const bool is_bool = std::holds_alternative<bool*>(option.value);
-    const bool is_text = option.IsText();
-    if (is_bool != py::isinstance<py::bool_>(value) || is_text != py::isinstance<py::str>(value) ||
-        (!is_bool && !is_text && PyNumber_Check(value.ptr()) == 0)) {
-      throw py::type_error(name + ": must be " + option.Constraint());
-    }
-    std::string error;
-    const std::string text =
-        is_bool ? (value.cast<bool>() ? "true" : "false") : py::str(value).cast<std::string>();
-    const std::string before = option.Text();
-    if (option.Set(text, &error)) return;
-    std::string ignored;
-    option.Set(before, &ignored);
-    throw InputError(error);
-  }
-
-  PipelineOptions options;
-  OptionSet set;
-};
-
-py::object ParseJson(const std::string& text) {
-  return py::module_::import("json").attr("loads")(text);
-}
 
 // A scene from arrays: images (H, W) of grey levels, K, R, t as burin's conventions have them.
 Scene SceneOf(const std::vector<std::string>& names, const std::vector<py::array>& images,
@@ -137,6 +86,12 @@ Scene SceneOf(const std::vector<std::string>& names, const std::vector<py::array
   CheckCameras(scene.views, "scene");
   CheckCentresDiffer(scene.views, "scene");
   return scene;
+}
+
+std::vector<std::string> NamesOf(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const View& view : scene.views) names.push_back(view.name);
+  return names;
 }
 
 Eigen::Matrix3d IntrinsicsOf(const Camera& camera) {
@@ -212,9 +167,6 @@ py::dict RefineMesh(const Scene& scene, const py::array& vertices, const py::arr
   } else {
     parts.selection = &judged.selection;
     parts.by_tracks = judged.by_tracks.has_value() ? &*judged.by_tracks : nullptr;
-    parts.on_cameras = [&](const TrackStep& step) {
-      inputs.cameras = JsonText(TrackStepJson(step, judged.Used(scene)));
-    };
     inputs.used = &judged.Used(scene);
     WithoutGil([&] { result = RunPipeline(judged.Used(scene), mesh, options, parts); });
   }
@@ -227,6 +179,17 @@ py::dict RefineMesh(const Scene& scene, const py::array& vertices, const py::arr
   out["vertices"] = Array(result.mesh.vertices);
   out["faces"] = Array(result.mesh.faces);
   out["quality"] = quality;
+  std::vector<Eigen::Matrix3d> rotations;
+  std::vector<Eigen::Vector3d> translations;
+  for (const Camera& camera : result.refinement.cameras) {
+    rotations.push_back(camera.rotation);
+    translations.push_back(camera.translation);
+  }
+  py::dict cameras;
+  cameras["names"] = NamesOf(judged.Used(scene));
+  cameras["rotations"] = rotations;
+  cameras["translations"] = translations;
+  out["cameras"] = cameras;
   out["summary"] = ParseJson(JsonText(SummaryJson(inputs, options, result, watch.Seconds())));
   return out;
 }
@@ -278,12 +241,7 @@ void DefineScene(py::module_* module) {
       .def(py::init(&SceneOf), py::arg("names"), py::arg("images"), py::arg("intrinsics"),
            py::arg("rotations"), py::arg("translations"))
       .def("__len__", [](const Scene& scene) { return scene.views.size(); })
-      .def_property_readonly("names",
-                             [](const Scene& scene) {
-                               std::vector<std::string> names;
-                               for (const View& view : scene.views) names.push_back(view.name);
-                               return names;
-                             })
+      .def_property_readonly("names", &NamesOf)
       .def("image",
            [](const Scene& scene, size_t view) -> py::array {
              const cv::Mat& gray = scene.views.at(view).gray;

@@ -107,7 +107,7 @@ std::string WriteCameras(const Scene& scene, const std::vector<Camera>& cameras,
   if (WritePhotographedModel(WithRefinedCameras(scene, cameras), folder)) return "";
   return (folder / "sparse").string() +
          ": COLMAP has no model for a lens of the scene; the cameras are of undistorted "
-         "photographs";
+         "photographs\n";
 }
 
 }  // namespace burin

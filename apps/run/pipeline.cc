@@ -147,12 +147,12 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
     if (parts.start != nullptr) {
       refinement.cameras = parts.start->summary.first_cameras;
     } else if (checked.refinement.cameras.ByTracks()) {
-      const TrackStep step = parts.by_tracks != nullptr
-                                 ? *parts.by_tracks
-                                 : RefineByTracks(scene, mesh, result.selection.pairs,
-                                                  RuleOf(checked.refinement.cameras.refine));
-      refinement.cameras = step.cameras;
-      if (parts.on_cameras) parts.on_cameras(step);
+      result.by_tracks = parts.by_tracks != nullptr
+                             ? *parts.by_tracks
+                             : RefineByTracks(scene, mesh, result.selection.pairs,
+                                              RuleOf(checked.refinement.cameras.refine));
+      refinement.cameras = result.by_tracks->cameras;
+      if (parts.on_cameras) parts.on_cameras(*result.by_tracks);
     }
   }
   TriangleMesh without;  // patches in free space

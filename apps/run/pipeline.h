@@ -97,6 +97,7 @@ struct PipelineResult {
       quality;  // of `mesh`, as docs/options.md names them; empty if not asked for
   std::optional<ClosingFigures> closing;  // likewise
   std::vector<char> seen_with_part;       // likewise, by vertex of the mesh given: see SeenWithPart
+  std::optional<TrackStep> by_tracks;     // the one that was made in this run
   FreeSpace free_space;  // of the mesh given; no patches with surface.free_space keep
   double selection_seconds = 0;
   double free_space_seconds = 0;

@@ -121,10 +121,18 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
   json["parts"] = PartsJson(inputs.parts);
   json["verdict"] = inputs.verdict.empty() ? nlohmann::ordered_json()
                                            : nlohmann::ordered_json::parse(inputs.verdict);
-  if (!inputs.cameras.empty()) {
+  if (options.refinement.cameras.refine != CameraUnknowns::kNone) {
     const Scene& used = inputs.used != nullptr ? *inputs.used : *inputs.scene;
-    json["cameras"] = {{"tracks", nlohmann::ordered_json::parse(inputs.cameras)},
-                       {"sparse_points", SparsePointsJson(used, result.refinement.cameras)}};
+    nlohmann::ordered_json& cameras = json["cameras"];
+    cameras["tracks"] = nullptr;
+    if (result.by_tracks.has_value()) {
+      cameras["tracks"] = TrackStepJson(*result.by_tracks, used);
+    } else if (!inputs.cameras.empty()) {
+      cameras["tracks"] = nlohmann::ordered_json::parse(inputs.cameras);
+    }
+    if (!result.refinement.cameras.empty()) {
+      cameras["sparse_points"] = SparsePointsJson(used, result.refinement.cameras);
+    }
   }
   json["closing"] = result.closing.has_value() ? ClosingJson(*result.closing) : nullptr;
   json["free_space"] = FreeSpaceJson(result.free_space);
