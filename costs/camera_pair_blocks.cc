@@ -28,9 +28,10 @@ CameraPairBlocks::CameraPairBlocks(const PhotometricRound* round, int first_came
 bool CameraPairBlocks::Evaluate(int k, const TangentDirections* directions, double* energy,
                                 double* gradient, double* curvature) const {
   *energy = 0;
-  if (gradient == nullptr) return true;
+  // Derivatives are made at every point (PhotometricRound).
   const CameraSums::Pair& pair = round_->camera_sums().pairs[k];
   if (!pair.gradient.allFinite() || !pair.curvature.allFinite()) return false;
+  if (gradient == nullptr) return true;
   const int count = directions[0].columns + directions[1].columns;
   Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(12, count);
   int column = 0;

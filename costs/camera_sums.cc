@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "core/support/parallel.h"
+#include "costs/outer_products.h"
 
 namespace burin {
 namespace {
@@ -12,6 +13,7 @@ namespace {
 constexpr int kFacetGrain = 512;
 constexpr int kVertexGrain = 512;
 constexpr int kUnknowns = 12;
+constexpr int kFacetsAhead = 4;  // fetched while a facet is summed: they come from all over memory
 
 // Bits of the cameras of each vertex.
 class CameraBits {
@@ -131,15 +133,27 @@ void CameraGather<T>::BeginView(const View& view) {
   const ViewDomain& domain = (*view.context->domains)[view.view];
   const TriangleMesh& mesh = *view.context->mesh;
   view_ = view;
-  place_.assign(mesh.faces.size(), -1);
-  listed_.assign(mesh.vertices.size(), 0);
+  order_.assign(mesh.vertices.size(), -1);
   vertices_.clear();
+  std::vector<int> degree;
+  for (const int f : domain.facet) {
+    for (const int v : mesh.faces[f]) {
+      if (order_[v] < 0) {
+        order_[v] = static_cast<int>(vertices_.size());
+        vertices_.push_back(v);
+        degree.push_back(0);
+      }
+      ++degree[order_[v]];
+    }
+  }
+  corners_.start.assign(1, 0);
+  for (const int count : degree) corners_.start.push_back(corners_.start.back() + count);
+  corners_.index.resize(corners_.start.back());
+  std::vector<int> next(corners_.start.begin(), corners_.start.end() - 1);
   for (size_t k = 0; k < domain.facet.size(); ++k) {
-    place_[domain.facet[k]] = static_cast<int>(k);
-    for (const int v : mesh.faces[domain.facet[k]]) {
-      if (listed_[v] != 0) continue;
-      listed_[v] = 1;
-      vertices_.push_back(v);
+    for (int c = 0; c < 3; ++c) {
+      const int v = mesh.faces[domain.facet[k]][c];
+      corners_.index[next[order_[v]]++] = 3 * static_cast<int>(k) + c;
     }
   }
   rows_.resize(domain.facet.size() * 3 * kUnknowns);
@@ -151,13 +165,19 @@ void CameraGather<T>::AddPair(const PairFields<T>& fields, const PartnerPixels& 
                               CameraSums::Pair* pair, CameraCoupling* coupling) {
   const Camera& first = (*view_.cameras)[pair->first];
   const Geometry geometry(first, (*view_.cameras)[pair->second]);
-  const auto facets = static_cast<int>((*view_.context->domains)[view_.view].facet.size());
+  const ViewDomain& domain = (*view_.context->domains)[view_.view];
+  const auto facets = static_cast<int>(domain.facet.size());
   std::vector<CameraSums::Pair> chunks((facets + kFacetGrain - 1) / kFacetGrain);
   ParallelFor(facets, kFacetGrain, [&](int begin, int end) {
     CameraSums::Pair& chunk = chunks[begin / kFacetGrain];
     chunk.gradient.setZero();
     chunk.curvature.setZero();
     for (int k = begin; k < end; ++k) {
+      if (k + kFacetsAhead < end) {
+        for (const ImagePixel pixel : domain.PixelsOf(k + kFacetsAhead)) {
+          __builtin_prefetch(fields.Of(pixel.index));
+        }
+      }
       T* rows = &rows_[static_cast<size_t>(k) * 3 * kUnknowns];
       in_pair_[k] = AddFacet(geometry, fields, pixels, k, &chunk, rows) ? 1 : 0;
     }
@@ -180,7 +200,7 @@ void CameraGather<T>::AddPair(const PairFields<T>& fields, const PartnerPixels& 
 
   ParallelFor(static_cast<int>(vertices_.size()), kVertexGrain, [&](int begin, int end) {
     for (int n = begin; n < end; ++n) {
-      AddVertex(vertices_[n], world_from_first, *pair, coupling);
+      AddVertex(n, world_from_first, *pair, coupling);
     }
   });
 }
@@ -190,10 +210,11 @@ bool CameraGather<T>::AddFacet(const Geometry& geometry, const PairFields<T>& fi
                                const PartnerPixels& pixels, int k, CameraSums::Pair* sums,
                                T* rows) const {
   using Vector = Eigen::Matrix<T, 3, 1>;
-  using Unknowns = Eigen::Matrix<T, kUnknowns, 1>;
+  using Pairs = VectorPairs<T>;
   const Camera& camera = (*view_.cameras)[view_.view];
   const FacetPencil& pencil = (*view_.pencils)[k];
-  const PixelRange range = (*view_.context->domains)[view_.view].PixelsOf(k);
+  const ViewDomain& domain = (*view_.context->domains)[view_.view];
+  const PixelRange range = domain.PixelsOf(k);
   const Vector normal = (camera.rotation * pencil.normal).template cast<T>();
   // u_k at the facet's first pixel, and by how much they change along x and y.
   const ImagePixel origin = *range.begin();
@@ -201,9 +222,10 @@ bool CameraGather<T>::AddFacet(const Geometry& geometry, const PairFields<T>& fi
       (pencil.coefficients * Eigen::Vector3d(origin.x(), origin.y(), 1)).template cast<T>();
   const Vector along_x = pencil.coefficients.col(0).template cast<T>();
   const Vector along_y = pencil.coefficients.col(1).template cast<T>();
-  Unknowns gradient = Unknowns::Zero();
-  Eigen::Matrix<T, kUnknowns, kUnknowns> curvature = Eigen::Matrix<T, kUnknowns, kUnknowns>::Zero();
-  Eigen::Matrix<T, kUnknowns, 3> coupled = Eigen::Matrix<T, kUnknowns, 3>::Zero();
+  // Of the pixels of a facet: a; and w a, dE/dW, and w by how much the vertices move the point.
+  static thread_local Pairs pairs;
+  pairs.count = 0;
+  alignas(64) T products[Pairs::kSize][Pairs::kSize] = {};
   bool any = false;
   for (const ImagePixel pixel : range) {
     if (!pixels.Has(pixel.index)) continue;
@@ -223,46 +245,64 @@ bool CameraGather<T>::AddFacet(const Geometry& geometry, const PairFields<T>& fi
     const Vector f = geometry.rotation.transpose() * m;
     const T share = f.dot(ray) / normal.dot(ray);
     const Vector b = f - share * normal;
-    Unknowns a;
-    SetCross(b, point, &a[0]);
-    a.template segment<3>(3) = b;
-    SetCross(in_second, m, &a[6]);
-    a.template segment<3>(9) = -f;
+    T* a = pairs.right[pairs.count];
+    T* left = pairs.left[pairs.count];
+    SetCross(b, point, a);
+    SetCross(in_second, m, a + 6);
+    for (int c = 0; c < 3; ++c) {
+      a[3 + c] = b[c];
+      a[9 + c] = -f[c];
+    }
+    std::fill(a + kUnknowns, a + Pairs::kSize, T(0));
+    for (int u = 0; u < kUnknowns; ++u) left[u] = weight * a[u];
+    left[kUnknowns] = here[PairFields<T>::kDerivative];
     const auto dx = static_cast<T>(pixel.column - origin.column);
     const auto dy = static_cast<T>(pixel.row - origin.row);
-    const Vector phi = depth * (u_origin + along_x * dx + along_y * dy);
-    gradient += here[PairFields<T>::kDerivative] * a;
-    const Unknowns weighted = weight * a;
-    for (int c = 0; c < kUnknowns; ++c) curvature.col(c) += weighted * a[c];
-    const Vector by_vertex = share * phi;
-    for (int v = 0; v < 3; ++v) coupled.col(v) += weighted * by_vertex[v];
+    const T scale = weight * share * depth;
+    for (int v = 0; v < 3; ++v) {
+      left[kUnknowns + 1 + v] = scale * (u_origin[v] + along_x[v] * dx + along_y[v] * dy);
+    }
+    if (++pairs.count < Pairs::kMost) continue;
+    AddOuterProducts(pairs, products);
+    pairs.count = 0;
   }
   if (!any) return false;
-  Eigen::Map<Eigen::Matrix<T, kUnknowns, 3>>(rows, kUnknowns, 3) = coupled;
-  sums->gradient += gradient.template cast<double>();
-  sums->curvature += curvature.template cast<double>();
+  AddOuterProducts(pairs, products);
+  for (int u = 0; u < kUnknowns; ++u) {
+    for (int w = 0; w < kUnknowns; ++w) sums->curvature(w, u) += products[u][w];
+    sums->gradient[u] += products[kUnknowns][u];
+  }
+  const Eigen::Vector3i& face = view_.context->mesh->faces[domain.facet[k]];
+  for (int v = 0; v < 3; ++v) {
+    const T along = view_.context->motion == Motion::kNormal
+                        ? static_cast<T>(pencil.normal.dot(view_.context->normals[face[v]]))
+                        : T(1);
+    for (int u = 0; u < kUnknowns; ++u) {
+      rows[v * kUnknowns + u] = along * products[kUnknowns + 1 + v][u];
+    }
+  }
   return true;
 }
 
 template <typename T>
-void CameraGather<T>::AddVertex(int vertex, const Eigen::Matrix3d& world_from_first,
+void CameraGather<T>::AddVertex(int n, const Eigen::Matrix3d& world_from_first,
                                 const CameraSums::Pair& pair, CameraCoupling* coupling) const {
-  const RoundContext& context = *view_.context;
+  const int vertex = vertices_[n];
   const int rows = coupling->rows;
   Eigen::Matrix<double, kUnknowns, 3> sum = Eigen::Matrix<double, kUnknowns, 3>::Zero();
   bool any = false;
-  for (const int* f = context.faces.Begin(vertex); f != context.faces.End(vertex); ++f) {
-    const int k = place_[*f];
-    if (k < 0 || in_pair_[k] == 0) continue;
+  for (const int* corner = corners_.Begin(n); corner != corners_.End(n); ++corner) {
+    const int k = *corner / 3;
+    if (in_pair_[k] == 0) continue;
     any = true;
-    const Eigen::Vector3i& face = context.mesh->faces[*f];
-    const int own = face[0] == vertex ? 0 : (face[1] == vertex ? 1 : 2);
-    const T* row = &rows_[(static_cast<size_t>(k) * 3 + own) * kUnknowns];
+    const T* row = &rows_[static_cast<size_t>(*corner) * kUnknowns];
+    if (rows == 1) {
+      for (int u = 0; u < kUnknowns; ++u) sum(u, 0) += row[u];
+      continue;
+    }
     const Eigen::Vector3d& normal = (*view_.pencils)[k].normal;
-    const Eigen::Vector3d along =
-        rows == 1 ? Eigen::Vector3d(normal.dot(context.normals[vertex]), 0, 0) : normal;
     for (int r = 0; r < rows; ++r) {
-      for (int u = 0; u < kUnknowns; ++u) sum(u, r) += along[r] * row[u];
+      for (int u = 0; u < kUnknowns; ++u) sum(u, r) += normal[r] * row[u];
     }
   }
   if (!any) return;

@@ -70,16 +70,18 @@ class CameraGather {
   // False when no pixel counts; `rows` is then left as it is.
   bool AddFacet(const Geometry& geometry, const PairFields<T>& fields, const PartnerPixels& pixels,
                 int k, CameraSums::Pair* sums, T* rows) const;
-  void AddVertex(int vertex, const Eigen::Matrix3d& world_from_first, const CameraSums::Pair& pair,
+  // The n-th of the view's vertices.
+  void AddVertex(int n, const Eigen::Matrix3d& world_from_first, const CameraSums::Pair& pair,
                  CameraCoupling* coupling) const;
 
   View view_ = {};
-  std::vector<int> place_;     // of each facet of the mesh among those of the view, or -1
   std::vector<int> vertices_;  // of the view's facets
-  std::vector<char> listed_;
+  Adjacency corners_;       // of each of these: 3 k + c where it is corner c of the view's facet k
+  std::vector<int> order_;  // of each vertex of the mesh among these, or -1
   std::vector<char> in_pair_;  // of each facet of the view: it has rows of the pair in work
-  std::vector<T>
-      rows_;  // of each facet of the view: 3 vertices x 12, in the frame of the view's camera
+  // Of each facet of the view: 3 vertices x 12, in the frame of the view's camera; along the vertices' normals, or,
+  // where they move freely, to be multiplied by the facet's.
+  std::vector<T> rows_;
 };
 
 extern template class CameraGather<float>;

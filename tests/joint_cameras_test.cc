@@ -1,4 +1,6 @@
 // Steps in surface and cameras together: the linear systems, and a rendered scene whose cameras are wrong.
+#include <ceres/autodiff_cost_function.h>
+#include <ceres/crs_matrix.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -10,6 +12,7 @@
 #include "core/refine/frozen_round.h"
 #include "core/refine/normalized_world.h"
 #include "core/refine/round.h"
+#include "core/solve/ceres_problem.h"
 #include "core/solve/normal_equations.h"
 #include "core/support/error.h"
 #include "core/support/parallel.h"
@@ -66,11 +69,11 @@ Eigen::MatrixXd Dense(const NormalEquations& equations) {
   return dense;
 }
 
-class Border : public testing::TestWithParam<Motion> {};
-INSTANTIATE_TEST_SUITE_P(Motions, Border, testing::Values(Motion::kNormal, Motion::kFree),
+class MovingBorder : public testing::TestWithParam<Motion> {};
+INSTANTIATE_TEST_SUITE_P(Motions, MovingBorder, testing::Values(Motion::kNormal, Motion::kFree),
                          [](const auto& test) { return NameOf(test.param); });
 
-TEST_P(Border, GradientIsThatOfTheEnergy) {
+TEST_P(MovingBorder, GradientIsThatOfTheEnergy) {
   Round round(test::RandomViews(96, 80), test::AllPairs(), test::OccluderMesh(), GetParam(), true);
   const SolveTask& task = round.Problem().task;
   NormalEquations equations(*task.energy, task.evaluation_callback);
@@ -96,7 +99,7 @@ TEST_P(Border, GradientIsThatOfTheEnergy) {
   }
 }
 
-TEST_P(Border, MatrixIsSymmetricAndPositive) {
+TEST_P(MovingBorder, MatrixIsSymmetricAndPositive) {
   Round round(test::RandomViews(96, 80), test::AllPairs(), test::OccluderMesh(), GetParam(), true);
   const SolveTask& task = round.Problem().task;
   NormalEquations equations(*task.energy, task.evaluation_callback);
@@ -139,6 +142,66 @@ TEST_P(Border, MatrixIsSymmetricAndPositive) {
   Eigen::MatrixXd more = (difference + difference.transpose()) / 2;
   more.diagonal().array() += 1e-4;
   EXPECT_EQ(Eigen::LLT<Eigen::MatrixXd>(more).info(), Eigen::Success);
+}
+
+// What a user's term may have of cameras alone: where one is, and how far two are apart.
+struct Place {
+  template <typename T>
+  bool operator()(const T* pose, T* residuals) const {
+    for (int c = 0; c < CameraPose::kSize; ++c) residuals[c] = (1.0 + c) * (pose[c] - 0.1 * c);
+    return true;
+  }
+};
+struct Baseline {
+  template <typename T>
+  bool operator()(const T* a, const T* b, T* residuals) const {
+    for (int c = 0; c < 3; ++c) residuals[c] = a[4 + c] * a[4 + c] - 2.0 * b[4 + c] + a[0] * b[1];
+    return true;
+  }
+};
+
+TEST(Border, CostFunctionsOfCamerasAreAddedAsCeresAddsThem) {
+  RoundParameters parameters;
+  for (const LevelView& view : test::RandomViews(96, 80)) {
+    parameters.cameras.push_back(PoseOf(view.camera));
+  }
+  std::vector<CameraPose>& cameras = parameters.cameras;
+  RoundEnergy energy(&parameters);
+  energy.BeginTerm("places");
+  constexpr int kSize = CameraPose::kSize;
+  energy.Add(std::make_unique<ceres::AutoDiffCostFunction<Place, kSize, kSize>>(new Place), nullptr,
+             {cameras[1].data()});
+  energy.Add(std::make_unique<ceres::AutoDiffCostFunction<Baseline, 3, kSize, kSize>>(new Baseline),
+             nullptr, {cameras[2].data(), cameras[0].data()});
+  energy.Add(std::make_unique<ceres::AutoDiffCostFunction<Baseline, 3, kSize, kSize>>(new Baseline),
+             nullptr, {cameras[0].data(), cameras[1].data()});
+  PoseManifold motion;
+  for (int i = 0; i < 2; ++i) energy.SetManifold(energy.FirstCamera() + i, &motion);
+  energy.SetConstant(energy.FirstCamera() + 2);
+  NormalEquations equations(energy, nullptr);
+  double cost = 0;
+  Eigen::VectorXd gradient;
+  ASSERT_TRUE(equations.Evaluate(&cost, &gradient));
+  ASSERT_EQ(equations.unknowns(), 12);
+
+  const CeresProblem problem(energy, nullptr);
+  ceres::Problem::EvaluateOptions evaluate;
+  for (int i = 0; i < 2; ++i) evaluate.parameter_blocks.push_back(cameras[i].data());
+  double expected = 0;
+  std::vector<double> slope;
+  ceres::CRSMatrix crs;
+  ASSERT_TRUE(problem->Evaluate(evaluate, &expected, nullptr, &slope, &crs));
+  Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(crs.num_rows, crs.num_cols);
+  for (int row = 0; row < crs.num_rows; ++row) {
+    for (int k = crs.rows[row]; k < crs.rows[row + 1]; ++k) {
+      jacobian(row, crs.cols[k]) += crs.values[k];
+    }
+  }
+  EXPECT_NEAR(cost, expected, 1e-12 * expected);
+  EXPECT_LT((gradient - Eigen::Map<Eigen::VectorXd>(slope.data(), 12)).norm(),
+            1e-12 * gradient.norm());
+  const Eigen::MatrixXd matrix = jacobian.transpose() * jacobian;
+  EXPECT_LT((Dense(equations) - matrix).norm(), 1e-12 * matrix.norm());
 }
 
 // The relief at 240x180 and its cameras with noise: 1 px of rotation and half a pixel of place.
