@@ -1,5 +1,6 @@
 #include "core/cameras/track_step.h"
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <string>
@@ -61,7 +62,8 @@ TrackStep RefineByTracks(const Scene& scene, const TriangleMesh& mesh,
     step.reason = "tracks that were kept out agree no better";
   } else if (!better && step.agreement.Worse()) {
     step.reason = "tracks that were kept out agree less";
-  } else if (better && !(step.moved_rms_px > kBeyond * step.deviation_rms_px)) {
+  } else if (better &&
+             !(step.moved_rms_px > std::max(kBeyond * step.deviation_rms_px, kLeastStepPx))) {
     step.reason = "the step is within its uncertainty";
   } else {
     step.kept = true;

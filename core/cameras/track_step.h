@@ -5,7 +5,9 @@
 // Its cameras are kept where they are better than the ones given: tracks that were kept out agree more by two standard
 // errors, and the step is beyond its own uncertainty,
 //
-//   rms_v step_v  >  kBeyond rms_v sd_v       (pixels of the surface; core/cameras/pose_uncertainty.h)
+//   rms_v step_v  >  max(kBeyond rms_v sd_v, kLeastStepPx)       (pixels of the surface; core/cameras/pose_uncertainty.h)
+//
+// kLeastStepPx is for what the deviations do not know: windows on a rough mesh are warped a little wrong, all in the same way.
 #pragma once
 
 #include <string>
@@ -20,6 +22,7 @@
 namespace burin {
 
 constexpr double kBeyond = 2;
+constexpr double kLeastStepPx = 0.1;
 
 // Which cameras are kept: new ones that are known to be better, as above, or those that are not known to be worse.
 enum class TrackRule { kBetter, kNotWorse };
