@@ -120,6 +120,15 @@ TEST(CameraRounds, ARunThatGoesOnComesToTheSameBytes) {
   }
 }
 
+TEST(CameraRounds, AnyStrategyComesWithThem) {
+  const double before = Error(CamerasOf(Relief().noisy.scene));
+  for (const char* type : {"lbfgs", "gradient_descent", "lbfgs_h", "lm_cholesky"}) {
+    PipelineOptions options = Options(CameraSteps::kJoint);
+    options.refinement.solver.type = type;
+    EXPECT_LT(Error(Refined(options).refinement.cameras), 0.5 * before) << type;
+  }
+}
+
 // Finds every level worse.
 class StrictJudge : public LevelJudge {
  public:
@@ -157,8 +166,8 @@ TEST(CameraRounds, TheFrameIsTheInputs) {
   ASSERT_TRUE(FitCameraSimilarity(given, result.refinement.cameras, points, &fit, &error));
   EXPECT_NEAR(fit.second_from_first.scale, 1, 2e-4);
   EXPECT_LT(fit.second_from_first.AngleDeg(), 0.2);
-  const CameraErrors still = MeasureCameraErrors(result.refinement.cameras,
-                                                 SightingsOf(given, points), Similarity());
+  const CameraErrors still =
+      MeasureCameraErrors(result.refinement.cameras, SightingsOf(given, points), Similarity());
   EXPECT_LT(still.rms_px, 1.02 * fit.errors.rms_px);
 }
 

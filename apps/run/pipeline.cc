@@ -111,6 +111,16 @@ std::vector<VertexScalar> QualityScalars(const RefinementEnd& reached,
   return scalars;
 }
 
+bool AreCamerasOf(const Scene& scene, const std::vector<Camera>& cameras) {
+  for (size_t v = 0; v < cameras.size(); ++v) {
+    const Camera& camera = scene.views[v].camera;
+    if (camera.rotation != cameras[v].rotation || camera.translation != cameras[v].translation) {
+      return false;
+    }
+  }
+  return true;
+}
+
 // What the levels and the free space say, into the closing figures.
 void CloseSurface(const PipelineOptions& options, PipelineResult* result) {
   if (!result->closing.has_value()) return;
@@ -133,7 +143,7 @@ void CloseSurface(const PipelineOptions& options, PipelineResult* result) {
 
 PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
                            const PipelineOptions& options, const PipelineParts& parts) {
-  const PipelineOptions checked = options;  // an observer may change the caller's
+  PipelineOptions checked = options;  // an observer may change the caller's
   checked.Check();
   const ThreadScope threads(checked.threads);
 
@@ -154,6 +164,12 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
       refinement.cameras = result.by_tracks->cameras;
       if (parts.on_cameras) parts.on_cameras(*result.by_tracks);
     }
+  }
+  // What tracks find nothing wrong with, the joint rounds leave alone.
+  CamerasOptions& cameras = checked.refinement.cameras;
+  if (cameras.refine == CameraUnknowns::kAuto && cameras.ByTracks() &&
+      AreCamerasOf(scene, refinement.cameras)) {
+    cameras.refine = CameraUnknowns::kNone;
   }
   TriangleMesh without;  // patches in free space
   const TriangleMesh* refined = &mesh;

@@ -29,6 +29,10 @@ bool MovesCameras(const CamerasOptions& options, int level, int round, int round
          round < options.joint_rounds && round + 1 < rounds;
 }
 
+std::string StrategyForCameras(const std::string& type) {
+  return type == "lbfgs_sobolev" || type == "lbfgs_h" ? type : "lm_pcg";
+}
+
 std::vector<CameraPose> PosesOf(const std::vector<LevelView>& views) {
   std::vector<CameraPose> poses;
   for (const LevelView& view : views) poses.push_back(PoseOf(view.camera));

@@ -21,6 +21,9 @@ namespace burin {
 // `rounds`: of the level.
 bool MovesCameras(const CamerasOptions& options, int level, int round, int rounds);
 
+// The strategy `type` where it can move cameras, else lm_pcg.
+std::string StrategyForCameras(const std::string& type);
+
 std::vector<CameraPose> PosesOf(const std::vector<LevelView>& views);
 
 // Takes the world's motion from the solved `poses` and `vertices` (those that move in `context`, which is of the round's start), and

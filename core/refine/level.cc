@@ -251,7 +251,8 @@ std::optional<std::vector<Eigen::Vector3d>> Level::Solve(RefinementState* state,
     return std::move(trial.vertices);
   }
   const Stopwatch solve_watch;
-  const Strategy& strategy = StrategyFor(solver_.type, problem.Unknowns(), solver_);
+  const Strategy& strategy = StrategyFor(joint ? StrategyForCameras(solver_.type) : solver_.type,
+                                         problem.Unknowns(), solver_);
   summary->energy_initial = problem.EnergyByTerm();
   summary->windows_initial = windows_;
   summary->solve = strategy.solve(problem.task, solver_);
