@@ -96,6 +96,21 @@ TEST(Cameras, TheFrameIsTheInputs) {
   EXPECT_LT(fit.second_from_first.translation.norm(), 1e-2 * Noisy().footprint);
 }
 
+// One view turned by 1 degree, 8 px and more here.
+TEST(Cameras, AViewThatIsFarOffIsNamedAndTheOthersStay) {
+  SyntheticScene turned = Exact();
+  Camera& camera = turned.scene.views[3].camera;
+  const Eigen::Vector3d center = camera.Center();
+  camera.rotation =
+      Eigen::AngleAxisd(0.02, Eigen::Vector3d(1, 1, 0).normalized()).matrix() * camera.rotation;
+  camera.translation = -(camera.rotation * center);
+  const TrackStep step = Step(turned);
+  ASSERT_TRUE(step.kept) << step.reason;
+  EXPECT_EQ(step.misregistered, std::vector<int>{3});
+  EXPECT_LT(Error(step.cameras), 0.1);
+  EXPECT_LT(step.moved_px[0], 0.2);
+}
+
 TEST(Cameras, AreTheSameOnAnyNumberOfThreads) {
   std::vector<std::vector<Camera>> cameras;
   for (const int threads : {1, 2}) {

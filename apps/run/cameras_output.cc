@@ -57,11 +57,9 @@ std::vector<std::string> TrackStepText(const TrackStep& step, const Scene& scene
   if (!step.kept) line += ": left as given, " + step.reason;
   std::vector<std::string> lines = {line};
   if (!step.kept) return lines;
-  for (size_t v = 0; v < step.moved_px.size(); ++v) {
-    if (step.moved_px[v] > kPriorPx) {
-      lines.push_back(scene.views[v].name + " moved by " + Fixed(step.moved_px[v], 0) +
-                      " px: it is likely misregistered");
-    }
+  for (const int v : step.misregistered) {
+    lines.push_back(scene.views[v].name + " moved by " + Fixed(step.moved_px[v], 0) +
+                    " px, far more than the others: it was likely misregistered");
   }
   return lines;
 }
@@ -74,6 +72,8 @@ ordered_json TrackStepJson(const TrackStep& step, const Scene& scene) {
   json["deviation_px"] = Number(step.deviation_rms_px);
   const int most = MostMoved(step);
   json["most_moved"] = most >= 0 ? ordered_json(scene.views[most].name) : ordered_json();
+  json["misregistered"] = ordered_json::array();
+  for (const int v : step.misregistered) json["misregistered"].push_back(scene.views[v].name);
   json["tracks"] = step.bundle.tracks;
   json["measurements"] = step.bundle.measurements;
   json["measurement_px"] = {{"before", Number(step.bundle.median_before)},

@@ -7,6 +7,7 @@
 
 #include "core/cameras/pose_uncertainty.h"
 #include "core/scene/camera_similarity.h"
+#include "core/support/median.h"
 #include "core/support/stopwatch.h"
 #include "core/visibility/seen_points.h"
 
@@ -15,6 +16,10 @@ namespace {
 
 // Of the images searched: small ones reach further, and large ones measure finer.
 constexpr int kSidePx[] = {kMatchSidePx, 2 * kMatchSidePx};
+
+constexpr double kFarOff =
+    4;  // a view is misregistered that moves by so many medians of the others,
+constexpr double kFarPx = 8;  // and by so many pixels
 
 double RootMeanSquare(const std::vector<double>& values) {
   double sum = 0;
@@ -25,6 +30,38 @@ double RootMeanSquare(const std::vector<double>& values) {
     ++count;
   }
   return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+// Moves the world of step->bundle.cameras to where the surface's image is nearest to that of the cameras given, and
+// measures what is left. Views that are far off others do not hold it.
+bool HoldFrame(const std::vector<Camera>& given,
+               const std::vector<std::vector<Eigen::Vector3d>>& surface, TrackStep* step) {
+  const std::vector<std::vector<Sighting>> sightings = SightingsOf(given, surface);
+  std::vector<std::vector<Sighting>> holding = sightings;
+  std::vector<Camera>& cameras = step->bundle.cameras;
+  step->misregistered.clear();
+  for (;;) {
+    CameraSimilarity fit;
+    if (!FitCameraSimilarity(given, cameras, holding, &fit, &step->reason)) return false;
+    const CameraErrors errors = MeasureCameraErrors(cameras, sightings, fit.second_from_first);
+    std::vector<double> of_holding;
+    int worst = -1;
+    for (size_t v = 0; v < cameras.size(); ++v) {
+      if (holding[v].empty()) continue;
+      of_holding.push_back(errors.view_px[v]);
+      if (worst < 0 || errors.view_px[v] > errors.view_px[worst]) worst = static_cast<int>(v);
+    }
+    const double usual = Median(of_holding);
+    if (of_holding.size() > 3 && errors.view_px[worst] > std::max(kFarPx, kFarOff * usual)) {
+      holding[worst].clear();
+      step->misregistered.push_back(worst);
+      continue;
+    }
+    for (Camera& camera : cameras) camera = Moved(camera, fit.second_from_first.Inverse());
+    step->moved_px = errors.view_px;
+    step->moved_rms_px = errors.rms_px;
+    return true;
+  }
 }
 
 }  // namespace
@@ -42,13 +79,7 @@ TrackStep RefineByTracks(const Scene& scene, const TriangleMesh& mesh,
     tracks = FindMeshTracks(now, mesh, pairs, kSidePx[round]);
     step.bundle = AdjustBundle(now, tracks);
     if (step.bundle.tracks == 0) break;
-    CameraSimilarity fit;
-    if (!FitCameraSimilarity(given, step.bundle.cameras, surface, &fit, &step.reason)) return step;
-    for (Camera& camera : step.bundle.cameras) {
-      camera = Moved(camera, fit.second_from_first.Inverse());
-    }
-    step.moved_px = fit.errors.view_px;
-    step.moved_rms_px = fit.errors.rms_px;
+    if (!HoldFrame(given, surface, &step)) return step;
     now = WithCameras(scene, step.bundle.cameras);
   }
   step.deviation_px =

@@ -38,6 +38,8 @@ struct TrackStep {
   std::vector<double>
       moved_px;  // of every view: RMS over the surface that it sees; NaN where it sees none
   std::vector<double> deviation_px;  // PoseDeviations()
+  std::vector<int>
+      misregistered;  // views that moved far more than the others: they do not hold the frame
   double moved_rms_px = 0;
   double deviation_rms_px = 0;
   double seconds = 0;

@@ -24,7 +24,7 @@ inline Choices<CameraSteps> ChoicesOf(CameraSteps) {
 }
 
 struct CamerasOptions {
-  CameraUnknowns refine = CameraUnknowns::kAuto;
+  CameraUnknowns refine = CameraUnknowns::kNone;
   CameraSteps steps = CameraSteps::kBoth;
   int coarsest_joint = 1;  // level
   int finest_joint = 1;    // level
