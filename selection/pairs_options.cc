@@ -50,8 +50,8 @@ void PairsOptions::Describe(OptionSet* set) {
            "Longer side of the images over which methods by mesh integrate, pixels", 8, 65536);
   set->Add("pairs.candidates", &candidates,
            "Partners of each view that are measured, the best by an estimate from some of its "
-           "points; all where there are no more, for the method all, and with 0; -1 = eight for "
-           "each of pairs.per_camera, at least 32",
+           "points, never fewer than pairs.per_camera; all where there are no more, for the method "
+           "all, and with 0; -1 = eight for each of pairs.per_camera, at least 32",
            -1, 10000);
   set->Add("pairs.min_overlap", &min_overlap,
            "Methods by mesh: least part of what a view sees of the mesh that its partner must see "
@@ -139,12 +139,8 @@ PairsRecipe Resolve(const PairsOptions& options) {
   recipe.candidates = options.candidates >= 0
                           ? options.candidates
                           : std::max(kLeastCandidates, kCandidatesEach * recipe.per_camera);
+  if (recipe.candidates > 0) recipe.candidates = std::max(recipe.candidates, recipe.per_camera);
   if (method == PairsMethod::kAll) recipe.candidates = 0;
-  if (recipe.candidates > 0 && recipe.candidates < recipe.per_camera) {
-    throw InputError(
-        "pairs.candidates = " + std::to_string(recipe.candidates) +
-        ": must be 0 or at least pairs.per_camera = " + std::to_string(recipe.per_camera));
-  }
 
   recipe.bpv = options.bpv;
   const bool tuned = method == PairsMethod::kTuned;

@@ -50,7 +50,7 @@ struct PairsOptions {
   double min_parallax_deg = -1;  // -1 = the method's own
   double max_parallax_deg = -1;
   int survey_px = 128;
-  int candidates = 32;      // 0 = all
+  int candidates = -1;      // 0 = all, -1 = by per_camera
   double min_overlap = -1;  // -1 = the method's own
   std::string terms = "OSPRC";
   double reference_parallax_deg = -1;  // -1 = the method's own

@@ -55,6 +55,7 @@ TEST(MemoryEstimate, NeverFallsWhenSomethingGrows) {
       [](LevelLoad* load) { return &load->held_bytes; },
       [](LevelLoad* load) { return &load->threads; },
       [](LevelLoad* load) { return &load->field_bytes; },
+      [](LevelLoad* load) { return &load->window; },
       [](LevelLoad* load) { return &load->stencil; }};
   for (const char* solver : {"gradient_descent", "ncg", "bfgs", "lbfgs", "lm_cgnr", "lm_cholesky",
                              "dogleg", "one that is not in the table"}) {
@@ -89,6 +90,42 @@ TEST(MemoryEstimate, WhatASolverKeepsIsCounted) {
   EXPECT_LT(of("lbfgs"), of("lm_cgnr"));
   EXPECT_LT(of("lm_cgnr"), of("lm_cholesky"));
   EXPECT_GE(of("not in the table"), of("lm_cholesky"));
+}
+
+// fountain-P11 at 1536x1024 on one level: what its peak grows by, MiB, from no masks to windows with masks.
+TEST(MemoryEstimate, MasksGrowWithTheWindow) {
+  LevelLoad load = SomeLoad();
+  load.level_pixels = 17.3e6;
+  load.covered_pixels = 12.4e6;
+  load.largest_view = 1.57e6;
+  load.domain_bytes = 35e6;
+  load.vertices = 126613;
+  load.faces = 253013;
+  load.solver = "lm_pcg";
+  load.masks = false;
+  const double without = EstimateLevel(load).Mib();
+  load.masks = true;
+  const std::vector<std::pair<double, double>> peaks = {
+      {5, 30}, {7, 36}, {11, 107}, {21, 593}, {31, 1693}};
+  for (const auto& [window, grown] : peaks) {
+    load.window = window;
+    EXPECT_NEAR(EstimateLevel(load).Mib() - without, grown, 0.07 * (without + grown)) << window;
+  }
+}
+
+// Of one level no pixels beside depth steps are left out.
+TEST(MemoryEstimate, BandsBesideStepsBeginWithTheSecondLevel) {
+  const SyntheticScene& scene = EmbeddedScene();
+  const SurfaceInViews surface = LookAtSurface(scene.scene, scene.init);
+  const auto grown = [&](int levels) {
+    PipelineOptions options;
+    options.refinement.level.count = levels;
+    const double with = EstimateMemory(scene.scene, scene.init, surface, options).Mib();
+    options.photo.mask.band_px = 0;
+    return with - EstimateMemory(scene.scene, scene.init, surface, options).Mib();
+  };
+  EXPECT_EQ(grown(1), 0);
+  EXPECT_GT(grown(2), 0);
 }
 
 TEST(MemoryEstimate, FacesAreThoseOfTheSubdivision) {
@@ -165,20 +202,28 @@ TEST_F(MemoryProgramTest, EstimateIsNearThePeakAndTheLimitHolds) {
                 3);
   EXPECT_FALSE(std::filesystem::exists(In("out")));
 
-  const Outcome outcome = Run(refine);
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  const nlohmann::json summary = nlohmann::json::parse(ReadAll(In("out/summary.json")));
-  const double estimate = summary["memory"]["estimate_mib"];
-  const double peak = summary["peak_memory_mib"];
-  const double faces = summary["levels"].back()["faces"];
-  EXPECT_NEAR(summary["memory"]["faces"].get<double>(), faces, 0.3 * faces);
+  // The last two have blocks of 19 vertices, of which lm_pcg holds a batch at a time.
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{},
+        {"--smooth.type", "bilaplacian"},
+        {"--smooth.type", "bilaplacian", "--motion.type", "free"}}) {
+    std::vector<std::string> arguments = refine;
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome outcome = Run(arguments);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const nlohmann::json summary = nlohmann::json::parse(ReadAll(In("out/summary.json")));
+    const double estimate = summary["memory"]["estimate_mib"];
+    const double peak = summary["peak_memory_mib"];
+    const double faces = summary["levels"].back()["faces"];
+    EXPECT_NEAR(summary["memory"]["faces"].get<double>(), faces, 0.3 * faces);
 #ifndef __SANITIZE_ADDRESS__  // which multiplies the memory of a program
-  EXPECT_GT(estimate, 0.85 * peak);
-  EXPECT_LT(estimate, 1.3 * peak);
+    EXPECT_GT(estimate, 0.9 * peak) << more.size();
+    EXPECT_LT(estimate, 1.3 * peak) << more.size();
 #else
-  EXPECT_GT(estimate, 0);
-  EXPECT_GT(peak, 0);
+    EXPECT_GT(estimate, 0);
+    EXPECT_GT(peak, 0);
 #endif
+  }
 }
 
 }  // namespace

@@ -291,19 +291,26 @@ TEST(PairsOptions, WhatDoesNotFitIsAnInputError) {
   EXPECT_EQ(error_of(options), "pairs.terms = C: needs one of O, S, P, R");
   EXPECT_EQ(error_of(Method(PairsMethod::kFile)),
             "pairs.file: must name a file for pairs.method = file");
-  options = Method(PairsMethod::kPaper, 6);
-  options.candidates = 5;
-  EXPECT_EQ(error_of(options), "pairs.candidates = 5: must be 0 or at least pairs.per_camera = 6");
-  options.candidates = 6;
-  EXPECT_EQ(error_of(options), "");
-  EXPECT_EQ(Resolve(options).candidates, 6);
-  options.candidates = -1;
-  EXPECT_EQ(Resolve(options).candidates, 48);
-  EXPECT_EQ(Resolve(Method(PairsMethod::kPaper, 1)).candidates, 32);
-  EXPECT_EQ(Resolve(Method(PairsMethod::kAll)).candidates, 0);
   options = Method(PairsMethod::kPaper);
   options.file = "pairs.json";
   EXPECT_EQ(error_of(options), "pairs.file: is read by pairs.method = file only, not by paper");
+}
+
+// As many candidates as partners wanted, whatever is given.
+TEST(PairsOptions, CandidatesFollowThePartnersOfACamera) {
+  for (const PairsMethod method : {PairsMethod::kTuned, PairsMethod::kPaper, PairsMethod::kVu}) {
+    for (const int per_camera : {1, 4, 5, 40, 1000}) {
+      PairsOptions options = Method(method, per_camera);
+      EXPECT_EQ(Resolve(options).candidates, std::max(32, 8 * per_camera));
+      options.candidates = 1;
+      EXPECT_EQ(Resolve(options).candidates, per_camera);
+      options.candidates = 1001;
+      EXPECT_EQ(Resolve(options).candidates, 1001);
+      options.candidates = 0;
+      EXPECT_EQ(Resolve(options).candidates, 0);
+    }
+  }
+  EXPECT_EQ(Resolve(Method(PairsMethod::kAll)).candidates, 0);
 }
 
 class PairFile : public testing::Test {

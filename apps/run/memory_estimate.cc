@@ -31,8 +31,12 @@ struct Costs {
   // --- a pixel of a level, in every view
   double level_image = 4;  // float; level 0 shares the photograph instead
   double pixel_list = 3;   // ViewDomain: 2, or 4 in views that see a large facet; of covered pixels
-  double mask_entry = 13;  // WindowMasks: column 4, bits 8, thin 1
-  double mask_share = 0.15;  // of covered pixels: windows with a mask (0.004 to 0.19 measured)
+  double mask_entry = 5;   // WindowMasks: column 4, thin 1; its words are added by the window
+  double mask_word = 8;
+  // Of covered pixels: windows with a mask, of the default window (0.004 to 0.19 measured). Others by
+  // 1 - (1 - mask_share)^((radius / 2)^1.5), the growth on fountain-P11 of windows from 3 to 31.
+  double mask_share = 0.15;
+  double mask_growth = 1.5;
   // --- a pixel of the largest view, of the view in work
   // cost, share, slope, curvature, inverse depth (fields, added by precision), reference image as float 4
   double view_fields = 4;
@@ -98,6 +102,7 @@ struct Costs {
   double equation_block = 8 + 8;
   double equation_vertex = 48 + 24 + 3 * 4 + 2 * 16 + 2 * 24;
   double equation_row = 8 + 8 + 4;
+  double equation_batch = 4096;  // blocks whose gradients and matrices are held at a time
   // Entries of H against those of a regular mesh: 28 of 19 on fountain-P11, whose split facets have vertices of
   // four to eight neighbours.
   double irregular = 1.45;
@@ -126,6 +131,18 @@ double LongEdges(const LevelOptions& levels) {
 
 // What the view that sees most sees, of the mean.
 constexpr double kLargestView = 1.5;
+
+// Bytes of the masks of one covered pixel: the words, and the rest.
+struct MaskBytes {
+  double words = 0;
+  double rest = 0;
+};
+MaskBytes MaskOfPixel(double window) {
+  const double radius = std::floor(window / 2);
+  const double share = 1 - std::pow(1 - kCost.mask_share, std::pow(radius / 2, kCost.mask_growth));
+  const double side = 2 * radius + 1;
+  return {share * std::ceil(side * side / 64) * kCost.mask_word, share * kCost.mask_entry};
+}
 
 // Vertices that share a residual with a vertex, itself included, when residuals are on `stencil`
 // vertices: k rings of a regular mesh have 1 + 3 k (k + 1) vertices, two residuals' reach twice that.
@@ -182,12 +199,12 @@ MemoryEstimate EstimateLevel(const LevelLoad& load) {
   const double spline = load.level_pixels * fields * 1.05;  // with a border of 8 pixels
   const double images = load.scene_bytes + load.points * kCost.point + spline +
                         (load.level > 0 ? load.level_pixels * kCost.level_image : 0);
-  const double pixels =
-      load.domain_bytes + load.covered_pixels * kCost.pixel_list +
-      (load.masks ? load.covered_pixels * kCost.mask_share * kCost.mask_entry : 0) +
-      load.largest_view * (kCost.view_fields + 5 * fields) +
-      load.visible_facets * kCost.visible_facet + load.view_facets * kCost.facet_pencil +
-      load.threads * kCost.thread;
+  const MaskBytes mask = load.masks ? MaskOfPixel(load.window) : MaskBytes();
+  double pixels = load.domain_bytes +
+                  load.covered_pixels * (kCost.pixel_list + mask.words + mask.rest) +
+                  load.largest_view * (kCost.view_fields + 5 * fields) +
+                  load.visible_facets * kCost.visible_facet +
+                  load.view_facets * kCost.facet_pencil + load.threads * kCost.thread;
   const double mesh = load.faces * kCost.facet_mesh + load.vertices * kCost.vertex_mesh;
   const double corner_sums =
       3 * static_cast<double>(CornerSumsList::BytesPerCorner(/*in_double=*/fields > 4));
@@ -225,6 +242,8 @@ MemoryEstimate EstimateLevel(const LevelLoad& load) {
                (kFacetCorners * kFacetsAVertex + load.stencil) * kCost.equation_contribution +
                (kFacetsAVertex + 1) * kCost.equation_block + kCost.equation_vertex +
                n * kCost.equation_row);
+    const double block = n * std::max(kFacetCorners, load.stencil);
+    linear += 8 * std::min(kCost.equation_batch, load.vertices) * block * (block + 1);
   }
   if (solver.factor) {
     // Wider rows of the matrix fill the factor more; measured with the bi-Laplacian.
@@ -235,6 +254,11 @@ MemoryEstimate EstimateLevel(const LevelLoad& load) {
         load.vertices * n * n * fill * std::log2(std::max(2.0, load.vertices)) * kCost.factor_entry;
   }
   if (load.solver == "bfgs") linear = 8 * std::pow(std::min(unknowns, kBfgsMaxUnknowns), 2);
+  // Masks are made by rows, which are kept until a view has all: of as many views as threads. The solver's
+  // arrays come after that, in the same place.
+  const double mask_rows =
+      std::min(load.covered_pixels, load.threads * load.largest_view) * mask.words;
+  pixels += std::max(0.0, mask_rows - (energy + problem + jacobian + linear));
   MemoryEstimate estimate;
   estimate.level = load.level;
   estimate.vertices = static_cast<int64_t>(load.vertices);
@@ -273,20 +297,22 @@ MemoryEstimate EstimateMemory(const Scene& scene, const TriangleMesh& mesh,
   load.field_bytes = options.photo.double_precision ? 8 : 4;
   load.unknowns_per_vertex = options.refinement.motion == Motion::kFree ? 3 : 1;
   load.masks = options.photo.mask.mode != MaskMode::kNone;
+  load.window = options.photo.window;
   if (options.smooth.type == SmoothnessType::kNone || options.smooth.weight == 0) {
     load.stencil = 0;
   } else if (options.smooth.type == SmoothnessType::kBilaplacian) {
     load.stencil = 19;  // two rings
   }
-  // Omega_ij and, beside depth steps, what is used of it; one more partner is held back.
-  const auto bits =
-      static_cast<double>(PartnerBits::BytesPerPixel(static_cast<size_t>(std::max(1.0, partners))));
-  const double planes =
-      (bits + (options.refinement.guard.levels ? 1 : 0)) *
-      (options.photo.mask.mode == MaskMode::kPlane && options.photo.mask.band_px > 0 ? 2 : 1);
+  // Omega_ij; one more partner is held back.
+  const double planes = static_cast<double>(PartnerBits::BytesPerPixel(
+                            static_cast<size_t>(std::max(1.0, partners)))) +
+                        (options.refinement.guard.levels ? 1 : 0);
+  // Beside depth steps, what is used of it: from the second level on.
+  const bool band = options.photo.mask.mode == MaskMode::kPlane && options.photo.mask.band_px > 0;
   const ViewLevels view_levels(scene, mesh, levels);
   MemoryEstimate peak;
-  for (int level = levels.finest; level < levels.finest + levels.count; ++level) {
+  const int coarsest = levels.finest + levels.count - 1;
+  for (int level = levels.finest; level <= coarsest; ++level) {
     load.level = level;
     load.level_pixels = load.covered_pixels = load.largest_view = 0;
     const std::vector<ViewAtLevel> views = view_levels.At(level);
@@ -296,7 +322,7 @@ MemoryEstimate EstimateMemory(const Scene& scene, const TriangleMesh& mesh,
       load.covered_pixels += std::ldexp(surface.covered[v], -2 * views[v].halvings);
       load.largest_view = std::max(load.largest_view, pixels);
     }
-    load.domain_bytes = load.level_pixels * planes;
+    load.domain_bytes = load.level_pixels * planes * (band && level < coarsest ? 2 : 1);
     load.faces =
         static_cast<double>(ExpectedFaces(surface, levels.max_facet_px, level)) * LongEdges(levels);
     // Each bisection of an edge adds a vertex and, inside the surface, two faces.

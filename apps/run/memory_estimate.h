@@ -37,6 +37,7 @@ struct LevelLoad {
   int unknowns_per_vertex = 1;
   double stencil = 7;  // vertices of a smoothness residual; 0 = none
   bool masks = true;
+  double window = 5;                   // taps along a side
   std::string solver = "lm_cholesky";  // as resolved; unknown names cost like lm_cholesky
 };
 
