@@ -77,6 +77,18 @@ inline py::array_t<double> Array(const std::vector<Eigen::Vector3d>& points) {
   return array;
 }
 
+inline py::array_t<double> Array(const std::vector<Eigen::Matrix3d>& matrices) {
+  py::array_t<double> array(
+      {static_cast<py::ssize_t>(matrices.size()), py::ssize_t{3}, py::ssize_t{3}});
+  auto out = array.mutable_unchecked<3>();
+  for (size_t k = 0; k < matrices.size(); ++k) {
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) out(static_cast<py::ssize_t>(k), r, c) = matrices[k](r, c);
+    }
+  }
+  return array;
+}
+
 inline py::array_t<int> Array(const std::vector<Eigen::Vector3i>& faces) {
   py::array_t<int> array({static_cast<py::ssize_t>(faces.size()), py::ssize_t{3}});
   auto out = array.mutable_unchecked<2>();

@@ -187,8 +187,8 @@ py::dict RefineMesh(const Scene& scene, const py::array& vertices, const py::arr
   }
   py::dict cameras;
   cameras["names"] = NamesOf(judged.Used(scene));
-  cameras["rotations"] = rotations;
-  cameras["translations"] = translations;
+  cameras["rotations"] = Array(rotations);
+  cameras["translations"] = Array(translations);
   out["cameras"] = cameras;
   out["summary"] = ParseJson(JsonText(SummaryJson(inputs, options, result, watch.Seconds())));
   return out;
