@@ -114,7 +114,7 @@ double LossOf(const MeshTracks& found, const std::vector<Camera>& cameras, size_
 
 class BundleProblem {
  public:
-  BundleProblem(const Scene& scene, const MeshTracks& found) : scene_(scene), found_(found) {
+  BundleProblem(const Scene& scene, const MeshTracks& found) : found_(found) {
     for (const View& view : scene.views) {
       cameras_.push_back(view.camera);
       poses_.push_back(PoseOf(view.camera));
@@ -229,7 +229,6 @@ class BundleProblem {
     for (size_t v = 0; v < cameras_.size(); ++v) SetPose(poses_[v], &cameras_[v]);
   }
 
-  const Scene& scene_;
   const MeshTracks& found_;
   std::vector<Camera> start_;
   std::vector<Camera> cameras_;  // now

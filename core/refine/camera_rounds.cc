@@ -35,6 +35,7 @@ std::string StrategyForCameras(const std::string& type) {
 
 std::vector<CameraPose> PosesOf(const std::vector<LevelView>& views) {
   std::vector<CameraPose> poses;
+  poses.reserve(views.size());
   for (const LevelView& view : views) poses.push_back(PoseOf(view.camera));
   return poses;
 }
