@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -127,6 +128,27 @@ TEST(CameraRounds, AnyStrategyComesWithThem) {
     options.refinement.solver.type = type;
     EXPECT_LT(Error(Refined(options).refinement.cameras), 0.5 * before) << type;
   }
+}
+
+// A view that is turned by a degree has not moved the others' world, after tracks and after joint rounds.
+TEST(CameraRounds, AViewThatIsFarOffDoesNotHoldTheFrame) {
+  SyntheticScene turned = Relief().exact;
+  Camera& camera = turned.scene.views[3].camera;
+  const Eigen::Vector3d center = camera.Center();
+  camera.rotation =
+      Eigen::AngleAxisd(0.04, Eigen::Vector3d(1, 1, 0).normalized()).matrix() * camera.rotation;
+  camera.translation = -(camera.rotation * center);
+  PipelineParts parts;
+  parts.measure_quality = false;
+  const PipelineResult result =
+      RunPipeline(turned.scene, turned.init, Options(CameraSteps::kBoth), parts);
+  ASSERT_TRUE(result.by_tracks.has_value());
+  EXPECT_EQ(result.by_tracks->misregistered, std::vector<int>{3});
+  auto points = SeenPoints(turned.truth, Relief().exact.scene.views);
+  const CameraErrors errors =
+      MeasureCameraErrors(result.refinement.cameras,
+                          SightingsOf(CamerasOf(Relief().exact.scene), points), Similarity());
+  for (size_t v = 0; v < errors.view_px.size(); ++v) EXPECT_LT(errors.view_px[v], 0.3) << v;
 }
 
 // Finds every level worse.

@@ -11,6 +11,7 @@
 #include "apps/run/pipeline.h"
 #include "core/cameras/pose_uncertainty.h"
 #include "core/cameras/track_step.h"
+#include "core/evidence/window_places.h"
 #include "core/scene/camera_similarity.h"
 #include "core/scene/formats/scene_loader.h"
 #include "core/scene/lens_points.h"
@@ -121,6 +122,38 @@ TEST(Cameras, AreTheSameOnAnyNumberOfThreads) {
     EXPECT_EQ(cameras[0][v].rotation, cameras[1][v].rotation);
     EXPECT_EQ(cameras[0][v].translation, cameras[1][v].translation);
   }
+}
+
+TEST(Cameras, PlacesInReducedPhotographsOfOddSizesAreRight) {
+  View view;
+  view.camera = Exact().scene.views[0].camera.Resized(481, 363);
+  view.gray = cv::Mat1b(363, 481, uint8_t{7});
+  const SmallView small = Reduce(view, 250);
+  EXPECT_EQ(small.image.size(), cv::Size(240, 181));
+  const Eigen::Vector3d point = view.camera.Center() + 2 * view.camera.Ray(400, 350);
+  EXPECT_LT((small.InPhotograph(small.camera.Project(point)) - Eigen::Vector2d(400, 350)).norm(),
+            1e-9);
+}
+
+// A rule for what is known to be better, and one for what is not known to be worse.
+TEST(Cameras, PosesAreTakenWhereTheyAreNotWorse) {
+  const std::vector<CameraPair> pairs =
+      SelectPairs(Exact().scene, Exact().init, PairsOptions()).pairs;
+  const TrackStep step = RefineByTracks(Exact().scene, Exact().init, pairs, TrackRule::kNotWorse);
+  EXPECT_TRUE(step.kept || step.agreement.Worse()) << step.reason;
+  EXPECT_LT(Error(step.cameras), 0.1);
+}
+
+TEST(Cameras, WithoutPairsOrSurfaceTheyStay) {
+  const TrackStep none = RefineByTracks(Exact().scene, Exact().init, {}, TrackRule::kNotWorse);
+  EXPECT_FALSE(none.kept);
+  EXPECT_FALSE(none.reason.empty());
+  TriangleMesh away = Exact().init;
+  for (Eigen::Vector3d& vertex : away.vertices) vertex.z() += 1000;
+  const std::vector<CameraPair> pairs = {{0, 1}, {1, 2}, {2, 1}, {1, 0}};
+  const TrackStep unseen = RefineByTracks(Exact().scene, away, pairs, TrackRule::kNotWorse);
+  EXPECT_FALSE(unseen.kept);
+  EXPECT_EQ(unseen.cameras[1].rotation, Exact().scene.views[1].camera.rotation);
 }
 
 // Tracks of exact places with normal noise: the errors of many adjustments are as large as said.

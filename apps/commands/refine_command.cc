@@ -41,8 +41,7 @@
 namespace burin {
 namespace {
 
-// They do not change the result.
-constexpr const char* kFreeOnResume[] = {"--run.threads", "--memory.limit_gb"};
+constexpr const char* kFreeOnResume[] = {"--run.threads", "--memory.limit_gb"};  // same result
 
 struct RefineCommand {
   PipelineOptions options;
@@ -162,6 +161,7 @@ void RefineCommand::HandBack(const JudgedScene& judged, const RunInputs& inputs,
   PipelineResult result;
   result.mesh = *inputs.mesh;
   result.selection = judged.selection;
+  result.by_tracks = judged.by_tracks;
   nlohmann::ordered_json summary = SummaryJson(inputs, options, result, seconds);
   summary["complete"] = true;
   WriteMesh(folder / "refined.ply", *inputs.mesh);

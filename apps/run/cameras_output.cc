@@ -56,9 +56,9 @@ std::vector<std::string> TrackStepText(const TrackStep& step, const Scene& scene
   }
   if (!step.kept) line += ": left as given, " + step.reason;
   std::vector<std::string> lines = {line};
-  if (!step.kept) return lines;
   for (const int v : step.misregistered) {
-    lines.push_back(scene.views[v].name + " moved by " + Fixed(step.moved_px[v], 0) +
+    lines.push_back(scene.views[v].name + (step.kept ? " moved by " : " would move by ") +
+                    Fixed(step.moved_px[v], 0) +
                     " px, far more than the others: it was likely misregistered");
   }
   return lines;

@@ -111,16 +111,6 @@ std::vector<VertexScalar> QualityScalars(const RefinementEnd& reached,
   return scalars;
 }
 
-bool AreCamerasOf(const Scene& scene, const std::vector<Camera>& cameras) {
-  for (size_t v = 0; v < cameras.size(); ++v) {
-    const Camera& camera = scene.views[v].camera;
-    if (camera.rotation != cameras[v].rotation || camera.translation != cameras[v].translation) {
-      return false;
-    }
-  }
-  return true;
-}
-
 // What the levels and the free space say, into the closing figures.
 void CloseSurface(const PipelineOptions& options, PipelineResult* result) {
   if (!result->closing.has_value()) return;
@@ -175,9 +165,10 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
   const TriangleMesh* refined = &mesh;
   if (checked.surface.free_space != FreeSpaceAction::kKeep) {
     const Stopwatch free_space_watch;
-    result.free_space = FindFreeSpace(
-        refinement.cameras.empty() ? scene : WithRefinedCameras(scene, refinement.cameras), mesh,
-        result.selection.pairs);
+    result.free_space = FindFreeSpace(AreCamerasOf(scene, refinement.cameras)
+                                          ? scene
+                                          : WithRefinedCameras(scene, refinement.cameras),
+                                      mesh, result.selection.pairs);
     result.free_space_seconds = free_space_watch.Seconds();
     if (!result.free_space.patches.empty()) {
       if (parts.on_free_space) parts.on_free_space(result.free_space);

@@ -258,6 +258,9 @@ bool Triangulate(const std::vector<Camera>& cameras, const Tracks::Range& track,
     }
     at -= hessian.ldlt().solve(gradient);
   }
+  for (const Measurement& measured : track) {
+    if (!(cameras[measured.view].Depth(at) > 0)) return false;
+  }
   *point = at;
   return at.allFinite();
 }

@@ -42,7 +42,7 @@ std::optional<Eigen::Vector2d> MatchPlace(const TriangleMesh& mesh, const SmallV
     return std::nullopt;
   }
   const SampleGrid& grid = warped->at_j;
-  return j.scale * (grid.center + peak.along * grid.along + peak.across * grid.across);
+  return j.InPhotograph(grid.center + peak.along * grid.along + peak.across * grid.across);
 }
 
 }  // namespace
@@ -102,7 +102,7 @@ MeshTracks FindMeshTracks(const Scene& scene, const TriangleMesh& mesh,
       if (static_cast<int>(of_place[i][k].size()) < kFewestMatches) continue;
       found.points.push_back(places[i][k].point);
       found.tracks.BeginPoint();
-      found.tracks.Add({views[i].scale * places[i][k].at, i});
+      found.tracks.Add({views[i].InPhotograph(places[i][k].at), i});
       for (const Measurement& measured : of_place[i][k]) found.tracks.Add(measured);
     }
   }

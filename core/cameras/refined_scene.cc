@@ -6,6 +6,7 @@ namespace burin {
 
 Scene WithRefinedCameras(const Scene& scene, const std::vector<Camera>& cameras) {
   Scene refined = WithCameras(scene, cameras);
+  if (AreCamerasOf(scene, cameras)) return refined;
   const std::vector<double> pixel(cameras.size(), 1);
   for (size_t p = 0; p < scene.tracks.PointCount(); ++p) {
     const Tracks::Range track = scene.tracks.Of(p);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <string>
 
 #include "core/cameras/pose_uncertainty.h"
@@ -29,7 +30,12 @@ double RootMeanSquare(const std::vector<double>& values) {
     sum += value * value;
     ++count;
   }
-  return count > 0 ? std::sqrt(sum / count) : 0;
+  return count > 0 ? std::sqrt(sum / count) : std::numeric_limits<double>::quiet_NaN();
+}
+
+// The adjustment left the view where it was.
+bool IsHeld(const Bundle& bundle, size_t view) {
+  return bundle.measured[view] < kFewestMeasurements;
 }
 
 // Moves the world of step->bundle.cameras to where the surface's image is nearest to that of the cameras given, and
@@ -39,6 +45,9 @@ bool HoldFrame(const std::vector<Camera>& given,
   const std::vector<std::vector<Sighting>> sightings = SightingsOf(given, surface);
   std::vector<std::vector<Sighting>> holding = sightings;
   std::vector<Camera>& cameras = step->bundle.cameras;
+  for (size_t v = 0; v < cameras.size(); ++v) {
+    if (IsHeld(step->bundle, v)) holding[v].clear();
+  }
   step->misregistered.clear();
   for (;;) {
     CameraSimilarity fit;
@@ -47,7 +56,7 @@ bool HoldFrame(const std::vector<Camera>& given,
     std::vector<double> of_holding;
     int worst = -1;
     for (size_t v = 0; v < cameras.size(); ++v) {
-      if (holding[v].empty()) continue;
+      if (holding[v].empty() || !std::isfinite(errors.view_px[v])) continue;
       of_holding.push_back(errors.view_px[v]);
       if (worst < 0 || errors.view_px[v] > errors.view_px[worst]) worst = static_cast<int>(v);
     }
@@ -57,7 +66,10 @@ bool HoldFrame(const std::vector<Camera>& given,
       step->misregistered.push_back(worst);
       continue;
     }
-    for (Camera& camera : cameras) camera = Moved(camera, fit.second_from_first.Inverse());
+    for (size_t v = 0; v < cameras.size(); ++v) {
+      if (IsHeld(step->bundle, v)) continue;
+      cameras[v] = Moved(cameras[v], fit.second_from_first.Inverse());
+    }
     step->moved_px = errors.view_px;
     step->moved_rms_px = errors.rms_px;
     return true;
@@ -93,6 +105,8 @@ TrackStep RefineByTracks(const Scene& scene, const TriangleMesh& mesh,
     step.reason = "tracks that were kept out agree no better";
   } else if (!better && step.agreement.Worse()) {
     step.reason = "tracks that were kept out agree less";
+  } else if (better && !std::isfinite(step.deviation_rms_px)) {
+    step.reason = "its uncertainty is not known";
   } else if (better &&
              !(step.moved_rms_px > std::max(kBeyond * step.deviation_rms_px, kLeastStepPx))) {
     step.reason = "the step is within its uncertainty";

@@ -34,7 +34,7 @@ struct TrackStep {
   std::string reason;  // why not
   Bundle bundle;       // the last round's; its cameras are the new ones in any case
   TrackAgreement
-      agreement;  // of tracks kept out of the first round, between the cameras given and the new ones
+      agreement;  // of tracks kept out of the last round, between the cameras given and the new ones
   std::vector<double>
       moved_px;  // of every view: RMS over the surface that it sees; NaN where it sees none
   std::vector<double> deviation_px;  // PoseDeviations()

@@ -54,6 +54,7 @@ SmallView Reduce(const View& view, int largest_side_px) {
   reduced.convertTo(small.image, CV_32F);
   small.camera = view.camera.Resized(size.width, size.height);
   small.scale = static_cast<double>(view.camera.width) / size.width;
+  small.pixel = {small.scale, static_cast<double>(view.camera.height) / size.height};
   if (!view.mask.empty()) {
     const cv::Mat used = MaskCover(view.mask, size) > kWholePixel;
     cv::erode(used, small.whole, cv::Mat::ones(kWindowSide + 2, kWindowSide + 2, CV_8U));

@@ -40,17 +40,17 @@ std::vector<CameraPose> PosesOf(const std::vector<LevelView>& views) {
   return poses;
 }
 
-double TakeCameras(const RoundContext& context, const Scene& given, const NormalizedWorld& world,
-                   const std::vector<CameraPose>& poses, std::vector<Eigen::Vector3d>* vertices,
-                   std::vector<Camera>* cameras) {
-  std::vector<Camera> first;
+double TakeCameras(const RoundContext& context, const std::vector<Camera>& first,
+                   const NormalizedWorld& world, const std::vector<CameraPose>& poses,
+                   std::vector<Eigen::Vector3d>* vertices, std::vector<Camera>* cameras) {
+  std::vector<Camera> reference;
   std::vector<Camera> before;
   std::vector<Camera> after;
   for (size_t v = 0; v < poses.size(); ++v) {
     const Camera& camera = (*context.views)[v].camera;
-    first.push_back(given.views[v]
-                        .camera.Resized(camera.width, camera.height)
-                        .InScaledWorld(world.origin, 1 / world.footprint));
+    reference.push_back(first[v]
+                            .Resized(camera.width, camera.height)
+                            .InScaledWorld(world.origin, 1 / world.footprint));
     before.push_back(camera);
     SetPose(poses[v], &after.emplace_back(camera));
   }
@@ -59,7 +59,8 @@ double TakeCameras(const RoundContext& context, const Scene& given, const Normal
   CameraSimilarity fit;
   std::string error;
   if (!FitCameraSimilarity(before, after, points, &motion, &error) ||
-      !FitCameraSimilarity(first, after, points, &fit, &error)) {
+      !FitCameraSimilarity(reference, after, points, &fit, &error)) {
+    *vertices = context.mesh->vertices;
     return 0;
   }
   const Similarity back = fit.second_from_first.Inverse();
@@ -67,6 +68,7 @@ double TakeCameras(const RoundContext& context, const Scene& given, const Normal
     if (context.moves[v] != 0) (*vertices)[v] = back * (*vertices)[v];
   }
   for (size_t v = 0; v < after.size(); ++v) {
+    if (poses[v] == PoseOf(before[v])) continue;
     const Camera moved = Moved(after[v], back);
     Camera& camera = (*cameras)[v];
     camera.rotation = moved.rotation;

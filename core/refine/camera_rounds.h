@@ -1,7 +1,7 @@
 // Rounds that move the cameras with the surface: which they are, and what becomes of the views afterwards.
 //
 // Such a round's energy has the poses of the views as unknowns beside the vertices (core/solve/round_energy.h). It does not know the
-// world's place, turn and size; they are taken out afterwards, by the similarity that leaves the image of the surface where the cameras given have it
+// world's place, turn and size; they are taken out afterwards, by the similarity that leaves the image of the surface where the cameras that the refinement began with have it
 // (core/scene/camera_similarity.h), from poses and vertices that moved. So vertices that do not move stay exactly.
 //
 // The last round of a level moves the surface alone: it ends through the cameras that the judge sees it by.
@@ -28,9 +28,10 @@ std::vector<CameraPose> PosesOf(const std::vector<LevelView>& views);
 
 // Takes the world's motion from the solved `poses` and `vertices` (those that move in `context`, which is of the round's start), and
 // gives the poses to `cameras`, those of the views in the caller's world. Returns by how many pixels of the level the surface's
-// image moved: the root mean square over the views. Cameras stay when fewer than three points are seen.
-double TakeCameras(const RoundContext& context, const Scene& given, const NormalizedWorld& world,
-                   const std::vector<CameraPose>& poses, std::vector<Eigen::Vector3d>* vertices,
-                   std::vector<Camera>* cameras);
+// image moved: the root mean square over the views. `first`: those of the views as the refinement began. A camera that the solver did
+// not move stays; so do all cameras and vertices when fewer than three points are seen.
+double TakeCameras(const RoundContext& context, const std::vector<Camera>& first,
+                   const NormalizedWorld& world, const std::vector<CameraPose>& poses,
+                   std::vector<Eigen::Vector3d>* vertices, std::vector<Camera>* cameras);
 
 }  // namespace burin

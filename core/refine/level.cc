@@ -262,8 +262,8 @@ std::optional<std::vector<Eigen::Vector3d>> Level::Solve(RefinementState* state,
   summary->solve_seconds = solve_watch.Seconds();
   if (joint && summary->solve.usable) {
     moved_cameras_ = state->summary.cameras;
-    summary->camera_px = TakeCameras(frozen_->context, task_.scene, task_.world, parameters.cameras,
-                                     &parameters.vertices, &moved_cameras_);
+    summary->camera_px = TakeCameras(frozen_->context, state->summary.first_cameras, task_.world,
+                                     parameters.cameras, &parameters.vertices, &moved_cameras_);
   }
   return std::move(parameters.vertices);
 }

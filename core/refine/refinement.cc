@@ -58,6 +58,7 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
   task.first_level = task.view_levels.Coarsest(
       pairs, parts.judge != nullptr ? parts.judge->HeldBackPairs() : std::vector<CameraPair>());
   RefinementState state = start != nullptr ? *start : FirstState(task, input);
+  CHECK_EQ(state.summary.cameras.size(), scene.views.size());
   RefinementProgress progress(options.level, task.first_level, state);
   std::unique_ptr<Level> level;
   while (state.level >= options.level.finest && !progress.stopped()) {

@@ -135,9 +135,12 @@ RefinementState StateFromBytes(const std::vector<uint8_t>& bytes) {
   const size_t faces = state.mesh.faces.size();
   CheckSize("input_position", state.input_position.size(), vertices);
   CheckSize("was_supported", state.was_supported.size(), vertices);
+  const size_t cameras = state.summary.cameras.size();
+  CheckSize("first_cameras", state.summary.first_cameras.size(), cameras);
   if (faces > 0) CheckIndices("faces", state.mesh.faces[0].data(), 3 * faces, vertices);
   if (state.round > 0) {
     CheckSize("level_start", state.level_start.vertices.size(), vertices);
+    CheckSize("level_start_cameras", state.level_start.cameras.size(), cameras);
     CheckSize("level_start_supported", state.level_start.was_supported.size(), vertices);
     CheckSize("order_vertex", state.order.vertex.size(), vertices);
     CheckSize("order_face", state.order.face.size(), faces);

@@ -11,6 +11,16 @@ std::vector<Camera> CamerasOf(const Scene& scene) {
   return cameras;
 }
 
+bool AreCamerasOf(const Scene& scene, const std::vector<Camera>& cameras) {
+  for (size_t v = 0; v < cameras.size(); ++v) {
+    const Camera& camera = scene.views[v].camera;
+    if (camera.rotation != cameras[v].rotation || camera.translation != cameras[v].translation) {
+      return false;
+    }
+  }
+  return true;
+}
+
 Scene WithCameras(const Scene& scene, const std::vector<Camera>& cameras) {
   Scene with = scene;
   for (size_t v = 0; v < cameras.size(); ++v) with.views[v].camera = cameras[v];

@@ -56,6 +56,9 @@ struct Scene {
 
 std::vector<Camera> CamerasOf(const Scene& scene);
 
+// Whether these are the poses of the scene's views.
+bool AreCamerasOf(const Scene& scene, const std::vector<Camera>& cameras);
+
 // `scene` with other cameras of its views. Pixels are shared.
 Scene WithCameras(const Scene& scene, const std::vector<Camera>& cameras);
 
