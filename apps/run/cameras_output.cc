@@ -1,22 +1,17 @@
 #include "apps/run/cameras_output.h"
 
-#include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/cameras/refined_scene.h"
 #include "core/scene/formats/colmap.h"
 #include "core/support/fixed_text.h"
+#include "core/support/json_file.h"
 #include "core/support/median.h"
 
 namespace burin {
 namespace {
 
 using nlohmann::ordered_json;
-
-ordered_json Number(double value) {
-  return std::isfinite(value) ? ordered_json(std::round(value * 1e4) / 1e4) : ordered_json();
-}
 
 // The view that moved most; -1 when none has.
 int MostMoved(const TrackStep& step) {
@@ -68,29 +63,29 @@ ordered_json TrackStepJson(const TrackStep& step, const Scene& scene) {
   ordered_json json;
   json["kept"] = step.kept;
   json["reason"] = step.reason;
-  json["moved_px"] = Number(step.moved_rms_px);
-  json["deviation_px"] = Number(step.deviation_rms_px);
+  json["moved_px"] = RoundedOrNull(step.moved_rms_px);
+  json["deviation_px"] = RoundedOrNull(step.deviation_rms_px);
   const int most = MostMoved(step);
   json["most_moved"] = most >= 0 ? ordered_json(scene.views[most].name) : ordered_json();
   json["misregistered"] = ordered_json::array();
   for (const int v : step.misregistered) json["misregistered"].push_back(scene.views[v].name);
   json["tracks"] = step.bundle.tracks;
   json["measurements"] = step.bundle.measurements;
-  json["measurement_px"] = {{"before", Number(step.bundle.median_before)},
-                            {"after", Number(step.bundle.median_after)}};
+  json["measurement_px"] = {{"before", RoundedOrNull(step.bundle.median_before)},
+                            {"after", RoundedOrNull(step.bundle.median_after)}};
   json["kept_out"] = {{"tracks", step.agreement.tracks},
-                      {"before", Number(step.agreement.before)},
-                      {"after", Number(step.agreement.after)},
-                      {"standard_error", Number(step.agreement.standard_error)}};
+                      {"before", RoundedOrNull(step.agreement.before)},
+                      {"after", RoundedOrNull(step.agreement.after)},
+                      {"standard_error", RoundedOrNull(step.agreement.standard_error)}};
   json["seconds"] = step.seconds;
   json["views"] = ordered_json::array();
   for (size_t v = 0; v < step.moved_px.size(); ++v) {
     const bool measured = v < step.bundle.measured.size();
     json["views"].push_back(
         {{"name", scene.views[v].name},
-         {"moved_px", Number(step.moved_px[v])},
+         {"moved_px", RoundedOrNull(step.moved_px[v])},
          {"deviation_px",
-          v < step.deviation_px.size() ? Number(step.deviation_px[v]) : ordered_json()},
+          v < step.deviation_px.size() ? RoundedOrNull(step.deviation_px[v]) : ordered_json()},
          {"measurements", measured ? step.bundle.measured[v] : 0}});
   }
   return json;
@@ -98,8 +93,8 @@ ordered_json TrackStepJson(const TrackStep& step, const Scene& scene) {
 
 ordered_json SparsePointsJson(const Scene& scene, const std::vector<Camera>& cameras) {
   if (scene.tracks.IsEmpty()) return nullptr;
-  return {{"before_px", Number(MedianError(scene))},
-          {"after_px", Number(MedianError(WithRefinedCameras(scene, cameras)))}};
+  return {{"before_px", RoundedOrNull(MedianError(scene))},
+          {"after_px", RoundedOrNull(MedianError(WithRefinedCameras(scene, cameras)))}};
 }
 
 std::string WriteCameras(const Scene& scene, const std::vector<Camera>& cameras,

@@ -7,21 +7,18 @@
 #include <sstream>
 
 #include "core/support/fixed_text.h"
+#include "core/support/json_file.h"
 
 namespace burin {
 namespace {
 
 using nlohmann::ordered_json;
 
-ordered_json Number(double value) {
-  return std::isfinite(value) ? ordered_json(std::round(value * 1e4) / 1e4) : ordered_json();
-}
-
 ordered_json EvidenceJson(const Evidence& evidence) {
   return {{"windows", evidence.windows},
-          {"E", Number(evidence.on_line)},
-          {"A", Number(evidence.at_place)},
-          {"px", Number(evidence.noise_px)}};
+          {"E", RoundedOrNull(evidence.on_line)},
+          {"A", RoundedOrNull(evidence.at_place)},
+          {"px", RoundedOrNull(evidence.noise_px)}};
 }
 
 std::string Figure(double value) { return std::isfinite(value) ? Fixed(value, 2) : "-"; }
@@ -51,7 +48,7 @@ ordered_json VerdictJson(const SceneVerdict& verdict, const Scene& scene,
     ordered_json view = {{"name", scene.views[v].name}};
     view.update(EvidenceJson(verdict.views[v].evidence));
     view["misfit"] = verdict.views[v].misfit;
-    view["track_px"] = Number(verdict.tracks.median_px[v]);
+    view["track_px"] = RoundedOrNull(verdict.tracks.median_px[v]);
     json["views"].push_back(view);
   }
   return json;

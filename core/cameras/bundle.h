@@ -1,13 +1,13 @@
 // Bundle adjustment over tracks, by Ceres: poses that put the windows of core/cameras/mesh_tracks.h where they
 // were matched.
 //
-//   sum over measurements  rho( | pi_v(X) - x |^2 / s_v^2 )  +  sum over views  1/2 |W_v (pose_v - pose_v at the start)|^2
+//   sum over measurements  rho( | pi_v(X) - x |^2 / s_v^2 )
+//   + sum over views       1/2 | W_v (pose_v - pose_v at the start) |^2
 //
-// X: the track's point, free. rho: Cauchy's, its scale from 1.5 medians of the residuals down to half a pixel of the images that were
-// searched (s_v pixels of the photograph). W_v: a prior of kPriorPx pixels at the surface for rotation and centre
-// each, so that weak modes do not run away; a view that moved further is likely misregistered. A view with less than
-// kFewestMeasurements stays. Afterwards the world is moved, turned and scaled so that the surface moves least in the photographs: the
-// frame is the input's.
+// X: the track's point, free. rho: Cauchy's, its scale from 1.5 medians of the residuals down to half a pixel of the
+// images that were searched (s_v pixels of the photograph). W_v: a prior of kPriorPx pixels at the surface for rotation
+// and centre each, so that weak modes do not run away. A view with less than kFewestMeasurements stays. The result has a
+// world of its own: to put it into the input's frame is the caller's.
 //
 // Every fifth track is kept out. What the cameras are worth is how well these agree before and after, each
 // triangulated anew by either cameras.

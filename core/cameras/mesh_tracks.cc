@@ -68,12 +68,11 @@ MeshTracks FindMeshTracks(const Scene& scene, const TriangleMesh& mesh,
     for (int i = begin; i < end; ++i) {
       if (any[i] == 0) continue;
       views[i] = Reduce(scene.views[i], largest_side_px);
-      found.pixel[i] = views[i].scale;
+      found.pixel[i] = views[i].pixel.x();
       places[i] = PlacesOf(mesh, views[i], i, count);
     }
   });
   std::vector<std::vector<PartnerMatch>> matches(used.size());
-  std::vector<int> windows(used.size(), 0);
   ParallelFor(view_count, 1, [&](int begin, int end) {
     for (int j = begin; j < end; ++j) {
       if (pairs_of[j].empty()) continue;
@@ -81,7 +80,6 @@ MeshTracks FindMeshTracks(const Scene& scene, const TriangleMesh& mesh,
       for (const int p : pairs_of[j]) {
         const int i = used[p].reference;
         for (const int k : PlacesSeenFrom(rays, views[j], facing, places[i])) {
-          ++windows[p];
           const std::optional<Eigen::Vector2d> at =
               MatchPlace(mesh, views[i], views[j], places[i][k]);
           if (at.has_value()) matches[p].push_back({k, *at});
@@ -92,7 +90,6 @@ MeshTracks FindMeshTracks(const Scene& scene, const TriangleMesh& mesh,
   std::vector<std::vector<std::vector<Measurement>>> of_place(view_count);
   for (int i = 0; i < view_count; ++i) of_place[i].resize(places[i].size());
   for (size_t p = 0; p < used.size(); ++p) {
-    found.windows += windows[p];
     for (const PartnerMatch& match : matches[p]) {
       of_place[used[p].reference][match.place].push_back({match.image_point, used[p].second});
     }

@@ -22,8 +22,7 @@ struct MeshTracks {
   std::vector<Eigen::Vector3d> points;  // on the mesh, world
   Tracks tracks;                        // pixels of the photographs; a window's own view first
   std::vector<double>
-      pixel;        // of every view: pixels of the photograph to one of the image searched
-  int windows = 0;  // looked for in a partner
+      pixel;  // of every view: pixels of the photograph to one of the image searched
 };
 
 // Of pairs that FirstPartners() leaves of `pairs`. The same for any number of threads.

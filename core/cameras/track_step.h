@@ -1,13 +1,14 @@
 // The first step of refining cameras: tracks through the mesh (core/cameras/mesh_tracks.h) and their bundle
-// adjustment (core/cameras/bundle.h), twice: the second time through cameras that are nearly right, in images of twice the size. It takes pixels of error away, and
-// knows nothing of what is smaller than the mesh is wrong.
+// adjustment (core/cameras/bundle.h), twice: the second time through cameras that are nearly right, in images of
+// twice the size. It takes pixels of error away. Of errors that the rough mesh hides it knows nothing.
 //
-// Its cameras are kept where they are better than the ones given: tracks that were kept out agree more by two standard
-// errors, and the step is beyond its own uncertainty,
+// Its cameras are kept where they are better than the ones given: tracks that were kept out agree more by two
+// standard errors, and the step is beyond its own uncertainty (core/cameras/pose_uncertainty.h),
 //
-//   rms_v step_v  >  max(kBeyond rms_v sd_v, kLeastStepPx)       (pixels of the surface; core/cameras/pose_uncertainty.h)
+//   rms_v step_v  >  max(kBeyond rms_v sd_v, kLeastStepPx)       pixels of the surface
 //
-// kLeastStepPx is for what the deviations do not know: windows on a rough mesh are warped a little wrong, all in the same way.
+// kLeastStepPx is for what the deviations do not know: windows on a rough mesh are warped a little wrong, all in
+// the same way.
 #pragma once
 
 #include <string>

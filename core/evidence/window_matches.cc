@@ -70,8 +70,8 @@ class PairMatcher {
     WindowMatch match;
     match.reference = pair_.reference;
     match.second = pair_.second;
-    match.scale = i_.scale;
-    match.place = i_.scale * place.at;
+    match.scale = i_.pixel.x();
+    match.place = i_.pixel.x() * place.at;
     match.along = peak.along;
     match.across = peak.across;
     match.row = peak.row;

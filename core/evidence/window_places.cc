@@ -53,8 +53,8 @@ SmallView Reduce(const View& view, int largest_side_px) {
   if (shrink > 1) cv::resize(view.gray, reduced, size, 0, 0, cv::INTER_AREA);
   reduced.convertTo(small.image, CV_32F);
   small.camera = view.camera.Resized(size.width, size.height);
-  small.scale = static_cast<double>(view.camera.width) / size.width;
-  small.pixel = {small.scale, static_cast<double>(view.camera.height) / size.height};
+  small.pixel = {static_cast<double>(view.camera.width) / size.width,
+                 static_cast<double>(view.camera.height) / size.height};
   if (!view.mask.empty()) {
     const cv::Mat used = MaskCover(view.mask, size) > kWholePixel;
     cv::erode(used, small.whole, cv::Mat::ones(kWindowSide + 2, kWindowSide + 2, CV_8U));

@@ -22,9 +22,9 @@ constexpr double kLeastContrast = 4;  // standard deviation of a window that cou
 struct SmallView {
   Camera camera;
   cv::Mat1f image;
-  cv::Mat1b whole;                 // a window around the pixel has no masked one; empty = no mask
-  double scale = 1;                // pixels of the photograph to one of the image, along x
-  Eigen::Vector2d pixel = {1, 1};  // the same along both axes: sizes are rounded
+  cv::Mat1b whole;  // a window around the pixel has no masked one; empty = no mask
+  Eigen::Vector2d pixel = {
+      1, 1};  // pixels of the photograph to one of the image, by axis: sizes are rounded
 
   Eigen::Vector2d InPhotograph(const Eigen::Vector2d& at) const { return at.cwiseProduct(pixel); }
   bool MayHoldWindow(const Eigen::Vector2d& at) const;

@@ -1,7 +1,5 @@
 #include "core/refine/camera_rounds.h"
 
-#include <string>
-
 #include "core/scene/camera_similarity.h"
 
 namespace burin {
@@ -48,9 +46,7 @@ double TakeCameras(const RoundContext& context, const std::vector<Camera>& first
   std::vector<Camera> after;
   for (size_t v = 0; v < poses.size(); ++v) {
     const Camera& camera = (*context.views)[v].camera;
-    reference.push_back(first[v]
-                            .Resized(camera.width, camera.height)
-                            .InScaledWorld(world.origin, 1 / world.footprint));
+    reference.push_back(world.FromWorld(first[v], camera.width, camera.height));
     before.push_back(camera);
     SetPose(poses[v], &after.emplace_back(camera));
   }

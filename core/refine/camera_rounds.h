@@ -1,8 +1,9 @@
 // Rounds that move the cameras with the surface: which they are, and what becomes of the views afterwards.
 //
-// Such a round's energy has the poses of the views as unknowns beside the vertices (core/solve/round_energy.h). It does not know the
-// world's place, turn and size; they are taken out afterwards, by the similarity that leaves the image of the surface where the cameras that the refinement began with have it
-// (core/scene/camera_similarity.h), from poses and vertices that moved. So vertices that do not move stay exactly.
+// Such a round's energy has the poses of the views as unknowns beside the vertices (core/solve/round_energy.h). It
+// does not know the world's place, turn and size. They are taken out afterwards, from poses and vertices that moved, by
+// the similarity that leaves the image of the surface where the cameras that the refinement began with have it
+// (core/scene/camera_similarity.h). So vertices that do not move stay exactly.
 //
 // The last round of a level moves the surface alone: it ends through the cameras that the judge sees it by.
 #pragma once

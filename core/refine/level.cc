@@ -313,9 +313,7 @@ bool Level::Report(const IterationRecord& record, int round, RefinementProgress*
 void Level::SeeThrough(const std::vector<Camera>& cameras) {
   for (size_t v = 0; v < views_.size(); ++v) {
     const Camera& camera = views_[v].camera;
-    views_[v].camera = cameras[v]
-                           .Resized(camera.width, camera.height)
-                           .InScaledWorld(task_.world.origin, 1 / task_.world.footprint);
+    views_[v].camera = task_.world.FromWorld(cameras[v], camera.width, camera.height);
   }
 }
 

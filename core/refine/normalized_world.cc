@@ -21,6 +21,10 @@ TriangleMesh NormalizedWorld::ToWorld(TriangleMesh mesh) const {
   return mesh;
 }
 
+Camera NormalizedWorld::FromWorld(const Camera& camera, int width, int height) const {
+  return camera.Resized(width, height).InScaledWorld(origin, 1 / footprint);
+}
+
 double MedianFootprint(const Scene& scene, const TriangleMesh& mesh) {
   std::vector<double> footprints;
   for (const Eigen::Vector3d& vertex : mesh.vertices) {

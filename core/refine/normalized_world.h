@@ -18,6 +18,8 @@ struct NormalizedWorld {
   // A mesh of the caller's world, and back.
   TriangleMesh FromWorld(TriangleMesh mesh) const;
   TriangleMesh ToWorld(TriangleMesh mesh) const;
+  // A camera of the caller's world, for an image resampled to that size.
+  Camera FromWorld(const Camera& camera, int width, int height) const;
 };
 
 // Median over vertices of the smallest pixel footprint, full resolution, among the views that they

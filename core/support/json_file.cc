@@ -1,5 +1,6 @@
 #include "core/support/json_file.h"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/support/error.h"
@@ -25,6 +26,11 @@ std::string Text(const Json& json) {
 }
 
 }  // namespace
+
+nlohmann::ordered_json RoundedOrNull(double value) {
+  return std::isfinite(value) ? nlohmann::ordered_json(std::round(value * 1e4) / 1e4)
+                              : nlohmann::ordered_json();
+}
 
 std::string JsonText(const nlohmann::json& json) { return Text(json); }
 std::string JsonText(const nlohmann::ordered_json& json) { return Text(json); }

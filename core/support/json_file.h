@@ -11,6 +11,9 @@ namespace burin {
 // number that no double holds.
 nlohmann::json ReadJsonFile(const std::filesystem::path& path);
 
+// To four decimals; null for what is not finite.
+nlohmann::ordered_json RoundedOrNull(double value);
+
 // Indented, with a line end. Bytes that are not UTF-8, which names of files may have, are U+FFFD.
 std::string JsonText(const nlohmann::json& json);
 std::string JsonText(const nlohmann::ordered_json& json);
