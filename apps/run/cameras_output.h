@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/cameras/track_step.h"
+#include "core/mesh/mesh.h"
 #include "core/scene/scene.h"
 
 namespace burin {
@@ -16,6 +17,10 @@ std::vector<std::string> TrackStepText(const TrackStep& step, const Scene& scene
 
 // `cameras.tracks` of summary.json.
 nlohmann::ordered_json TrackStepJson(const TrackStep& step, const Scene& scene);
+
+// How far cameras moved from the scene's, by view: RMS of what the mesh's image moved, pixels.
+nlohmann::ordered_json MovedJson(const Scene& scene, const TriangleMesh& mesh,
+                                 const std::vector<Camera>& cameras);
 
 // Medians over all measurements of the scene's sparse points, pixels: as they are, and with the points triangulated anew
 // by other cameras. Null where the scene has no measurements.

@@ -149,7 +149,7 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
     } else if (checked.refinement.cameras.ByTracks()) {
       result.by_tracks = parts.by_tracks != nullptr
                              ? *parts.by_tracks
-                             : RefineByTracks(scene, mesh, result.selection.pairs,
+                             : RefineByTracks(scene, mesh, result.selection.ForTracks(),
                                               RuleOf(checked.refinement.cameras.refine));
       refinement.cameras = result.by_tracks->cameras;
       if (parts.on_cameras) parts.on_cameras(*result.by_tracks);

@@ -131,6 +131,7 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
       cameras["tracks"] = nlohmann::ordered_json::parse(inputs.cameras);
     }
     if (!result.refinement.cameras.empty()) {
+      cameras["moved"] = MovedJson(used, *inputs.mesh, result.refinement.cameras);
       cameras["sparse_points"] = SparsePointsJson(used, result.refinement.cameras);
     }
   }

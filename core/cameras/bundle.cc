@@ -39,16 +39,15 @@ struct Reprojection {
 // W (pose - start).
 struct PosePrior {
   CameraPose start;
-  double rotation_weight;  // per radian
-  double center_weight;    // per world unit
+  PriorWeights weights;
   template <typename T>
   bool operator()(const T* pose, T* residuals) const {
     const Eigen::Map<const Eigen::Quaternion<T>> now(pose);
     const Eigen::Map<const Eigen::Quaterniond> was(start.rotation);
     const Eigen::Quaternion<T> turned = now * was.conjugate().cast<T>();
     for (int k = 0; k < 3; ++k) {
-      residuals[k] = 2.0 * rotation_weight * turned.coeffs()[k];
-      residuals[3 + k] = center_weight * (pose[4 + k] - start.center[k]);
+      residuals[k] = 2.0 * weights.rotation * turned.coeffs()[k];
+      residuals[3 + k] = weights.center * (pose[4 + k] - start.center[k]);
     }
     return true;
   }
@@ -182,8 +181,18 @@ class BundleProblem {
     }
     if (distances.empty()) return kFinestLossPx;
     *median_px = Median(pixels);
-    sigma_ = 1.4826 * Median(coordinates);
+    const auto known = static_cast<double>(coordinates.size());
+    const double free = std::max(1.0, known - Unknowns());
+    sigma_ = 1.4826 * Median(coordinates) * std::sqrt(known / free);
     return std::max(kFinestLossPx, kMedians * Median(distances));
+  }
+
+  // Of points and views, less the freedoms of every group's world.
+  double Unknowns() const {
+    const auto& of_view = found_.groups.of_view;
+    const auto held = std::count(of_view.begin(), of_view.end(), -1);
+    return 3 * static_cast<double>(used_.size()) + 6 * static_cast<double>(of_view.size() - held) -
+           7.0 * found_.groups.count;
   }
 
   void SolveOnce(double loss, const std::vector<int>& measured_in) {
@@ -207,14 +216,11 @@ class BundleProblem {
     }
     for (size_t v = 0; v < cameras_.size(); ++v) {
       if (measured_in[v] == 0) continue;
-      const double focal = std::sqrt(start_[v].fx * start_[v].fy);
-      const double per_unit = focal / std::max(1e-300, std::abs(depth[v] / measured_in[v]));
       auto* prior = new ceres::AutoDiffCostFunction<PosePrior, 6, 7>(
-          new PosePrior{PoseOf(start_[v]), focal / kPriorPx, per_unit / kPriorPx});
+          new PosePrior{PoseOf(start_[v]), PriorOf(start_[v], depth[v] / measured_in[v])});
       problem.AddResidualBlock(prior, nullptr, poses_[v].data());
       problem.SetManifold(poses_[v].data(), &manifold);
       ordering->AddElementToGroup(poses_[v].data(), 1);
-      if (measured_in[v] < kFewestMeasurements) problem.SetParameterBlockConstant(poses_[v].data());
     }
     ceres::Solver::Options options;
     options.linear_solver_type =
@@ -265,12 +271,17 @@ bool Triangulate(const std::vector<Camera>& cameras, const Tracks::Range& track,
   return at.allFinite();
 }
 
-TrackAgreement CompareKeptOut(const MeshTracks& tracks, const std::vector<Camera>& before,
-                              const std::vector<Camera>& after) {
+PriorWeights PriorOf(const Camera& camera, double depth) {
+  const double focal = std::sqrt(camera.fx * camera.fy);
+  return {focal / kPriorPx, focal / std::max(1e-300, std::abs(depth)) / kPriorPx};
+}
+
+TrackAgreement CompareKeptOut(const MeshTracks& tracks, int group,
+                              const std::vector<Camera>& before, const std::vector<Camera>& after) {
   TrackAgreement agreement;
   std::vector<double> changes;
   for (size_t p = 0; p < tracks.tracks.PointCount(); ++p) {
-    if (!IsKeptOut(p)) continue;
+    if (!IsKeptOut(p) || tracks.groups.of_view[tracks.tracks.Of(p).first->view] != group) continue;
     const double loss_before = LossOf(tracks, before, p);
     const double loss_after = LossOf(tracks, after, p);
     if (loss_before < 0 || loss_after < 0) continue;

@@ -6,8 +6,8 @@
 //
 // X: the track's point, free. rho: Cauchy's, its scale from 1.5 medians of the residuals down to half a pixel of the
 // images that were searched (s_v pixels of the photograph). W_v: a prior of kPriorPx pixels at the surface for rotation
-// and centre each, so that weak modes do not run away. A view with less than kFewestMeasurements stays. The result has a
-// world of its own: to put it into the input's frame is the caller's.
+// and centre each, so that weak modes do not run away. Views of no group (core/cameras/view_groups.h) stay. Every group has
+// a world of its own: to put them into the input's frame is the caller's.
 //
 // Every fifth track is kept out. What the cameras are worth is how well these agree before and after, each
 // triangulated anew by either cameras.
@@ -25,7 +25,6 @@ namespace burin {
 
 constexpr double kPriorPx = 30;
 constexpr double kFinestLossPx = 0.5;  // of the images searched
-constexpr int kFewestMeasurements = 12;
 
 // Of tracks that were kept out: the mean over their measurements of the loss, in pixels of the images searched: 1/2 r^2 for small r.
 struct TrackAgreement {
@@ -45,14 +44,22 @@ struct Bundle {
   std::vector<int> measured;  // of every view, those used
   double median_before = 0;   // distance of a measurement from its point, pixels of the photograph
   double median_after = 0;
-  double sigma = 0;  // of a measurement's coordinate after, pixels of the images searched, robust
+  // Of a measurement's coordinate after, pixels of the images searched: robust, for what the unknowns leave free.
+  double sigma = 0;
 };
+
+// Square roots of what the prior weighs, by radian of rotation and world unit of centre, for a view at a mean depth.
+struct PriorWeights {
+  double rotation = 0;
+  double center = 0;
+};
+PriorWeights PriorOf(const Camera& camera, double depth);
 
 Bundle AdjustBundle(const Scene& scene, const MeshTracks& tracks);
 
-// Of the tracks that AdjustBundle() does not use.
-TrackAgreement CompareKeptOut(const MeshTracks& tracks, const std::vector<Camera>& before,
-                              const std::vector<Camera>& after);
+// Of the tracks of a group that AdjustBundle() does not use.
+TrackAgreement CompareKeptOut(const MeshTracks& tracks, int group,
+                              const std::vector<Camera>& before, const std::vector<Camera>& after);
 
 // The point that a track's measurements make with these cameras, starting from the rays' nearest; robust as
 // above. False when it is behind a camera or not finite.
