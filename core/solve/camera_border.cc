@@ -2,6 +2,7 @@
 
 #include <glog/logging.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "core/support/median.h"
@@ -14,6 +15,20 @@ constexpr int kVertexGrain = 4096;
 constexpr int kMotion = CameraCoupling::kMotion;
 
 }  // namespace
+
+std::vector<Eigen::VectorXd> MedianDiagonals(std::vector<Eigen::VectorXd> diagonals) {
+  std::vector<double> like[4];
+  for (const Eigen::VectorXd& own : diagonals) {
+    if (own.size() != kMotion) continue;
+    for (int u = 0; u < 3; ++u) like[u].push_back(own[u]);
+    like[3].push_back(own.tail<3>().mean());
+  }
+  for (Eigen::VectorXd& own : diagonals) {
+    if (own.size() != kMotion) continue;
+    for (int u = 0; u < kMotion; ++u) own[u] = Median(like[std::min(u, 3)]);
+  }
+  return diagonals;
+}
 
 void CameraBorder::Begin(const std::vector<Column>& columns, int camera_count,
                          std::vector<int> first_row) {
@@ -61,21 +76,16 @@ void CameraBorder::ListVertices() {
 }
 
 Eigen::VectorXd CameraBorder::MedianDiagonal() const {
-  Eigen::VectorXd diagonal = curvature_.diagonal();
-  std::vector<double> like[kMotion];
+  std::vector<Eigen::VectorXd> diagonals;
   for (const Column& column : columns_) {
-    if (column.unknowns != kMotion) continue;
-    const Eigen::Matrix<double, kMotion, 1> own = diagonal.segment<kMotion>(column.first);
-    for (int u = 0; u < 3; ++u) like[u].push_back(own[u]);
-    like[3].push_back(own.tail<3>().mean());
+    diagonals.emplace_back(curvature_.diagonal().segment(column.first, column.unknowns));
   }
-  Eigen::Matrix<double, kMotion, 1> medians = Eigen::Matrix<double, kMotion, 1>::Zero();
-  for (int u = 0; u < 4; ++u) medians[u] = like[u].empty() ? 0 : Median(like[u]);
-  medians.tail<2>().setConstant(medians[3]);
-  for (const Column& column : columns_) {
-    if (column.unknowns == kMotion) diagonal.segment<kMotion>(column.first) = medians;
+  const std::vector<Eigen::VectorXd> medians = MedianDiagonals(std::move(diagonals));
+  Eigen::VectorXd all(unknowns());
+  for (size_t k = 0; k < columns_.size(); ++k) {
+    all.segment(columns_[k].first, columns_[k].unknowns) = medians[k];
   }
-  return diagonal;
+  return all;
 }
 
 Eigen::VectorXd CameraBorder::ToMotions(const Eigen::VectorXd& z) const {

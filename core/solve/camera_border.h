@@ -27,6 +27,11 @@
 
 namespace burin {
 
+// Of each unknown of each camera, given what its diagonal has, the median over the cameras of its like: units in which
+// cameras are alike whatever their pixels. The three of a centre have one: their axes are the world's. A camera that
+// moves in another number of unknowns keeps its own.
+std::vector<Eigen::VectorXd> MedianDiagonals(std::vector<Eigen::VectorXd> diagonals);
+
 class CameraBorder {
  public:
   struct Column {
@@ -42,8 +47,7 @@ class CameraBorder {
   int unknowns() const { return static_cast<int>(curvature_.rows()); }
   const std::vector<Column>& columns() const { return columns_; }
 
-  // Of each unknown the median over the cameras of its like on K's diagonal, so in units in which cameras are alike
-  // whatever their pixels. The three of a centre have one: their axes are the world's.
+  // MedianDiagonals of K.
   Eigen::VectorXd MedianDiagonal() const;
 
   // K, to be added to.

@@ -29,9 +29,6 @@ constexpr double kMinRho = 1e-3;
 constexpr double kMaxRadius = 1e16;
 constexpr double kMinRadius = 1e-32;
 constexpr double kGradientTolerance = 1e-10;
-// Steps with cameras: along the valleys in which surface and cameras move together conjugate gradients are slow.
-constexpr int kJointIterations = 100;
-constexpr double kJointTolerance = 0.01;
 constexpr int kSchurTries = 6;
 
 class LmPcg {
