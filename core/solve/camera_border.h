@@ -57,6 +57,23 @@ class CameraBorder {
   // `coupling` is kept.
   void SetCoupling(const CameraCoupling* coupling, const std::vector<const double*>& plus);
 
+  // visit(row, unknown, block): the blocks of C that are not zero, each at its first row of A and unknown of the border, by
+  // vertices and then by cameras.
+  template <typename Visit>
+  void ForCoupling(const Visit& visit) const {
+    if (coupling_ == nullptr) return;
+    for (size_t v = 0; v < first_row_.size(); ++v) {
+      if (first_row_[v] < 0) continue;
+      for (int place = coupling_->cameras.start[v]; place < coupling_->cameras.start[v + 1];
+           ++place) {
+        const int column = column_of_[coupling_->cameras.index[place]];
+        if (column < 0) continue;
+        visit(first_row_[v], columns_[column].first,
+              Eigen::MatrixXd(coupling_->Block(place) * motions_[column]));
+      }
+    }
+  }
+
   // y = H x of the rows of A followed by the border's; y has A's rows done already.
   void Multiply(const Eigen::VectorXd& x, Eigen::VectorXd* y) const;
   // C^T x of a vector of A's rows.
