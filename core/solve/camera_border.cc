@@ -108,7 +108,6 @@ Eigen::VectorXd CameraBorder::FromMotions(const Eigen::VectorXd& motions) const 
 
 Eigen::VectorXd CameraBorder::TransposedTimes(const Eigen::VectorXd& x) const {
   if (coupling_ == nullptr) return Eigen::VectorXd::Zero(unknowns());
-  const Adjacency& cameras = coupling_->cameras;
   const int rows = coupling_->rows;
   const auto count = static_cast<int>(first_row_.size());
   // Of fixed ranges of vertices, added in their order.
@@ -117,19 +116,14 @@ Eigen::VectorXd CameraBorder::TransposedTimes(const Eigen::VectorXd& x) const {
   coupling_->ForBlocks([&](const auto* values) {
     ParallelFor(count, kVertexGrain, [&](int begin, int end) {
       double* sum = sums.col(begin / kVertexGrain).data();
-      for (int v = begin; v < end; ++v) {
-        if (first_row_[v] < 0) continue;
-        for (int place = cameras.start[v]; place < cameras.start[v + 1]; ++place) {
-          const int column = column_of_[cameras.index[place]];
-          if (column < 0) continue;
-          const auto* block = values + static_cast<size_t>(place) * rows * kMotion;
-          double* motion = sum + static_cast<ptrdiff_t>(column) * kMotion;
-          for (int row = 0; row < rows; ++row) {
-            const double along = x[first_row_[v] + row];
-            for (int u = 0; u < kMotion; ++u) motion[u] += along * block[row * kMotion + u];
-          }
+      ForPlaces(begin, end, [&](int first_row, int column, int place) {
+        const auto* block = values + static_cast<size_t>(place) * rows * kMotion;
+        double* motion = sum + static_cast<ptrdiff_t>(column) * kMotion;
+        for (int row = 0; row < rows; ++row) {
+          const double along = x[first_row + row];
+          for (int u = 0; u < kMotion; ++u) motion[u] += along * block[row * kMotion + u];
         }
-      }
+      });
     });
   });
   return FromMotions(sums.rowwise().sum());
@@ -138,24 +132,18 @@ Eigen::VectorXd CameraBorder::TransposedTimes(const Eigen::VectorXd& x) const {
 void CameraBorder::AddTimes(const Eigen::VectorXd& z, Eigen::VectorXd* x) const {
   if (coupling_ == nullptr) return;
   const Eigen::VectorXd motions = ToMotions(z);
-  const Adjacency& cameras = coupling_->cameras;
   const int rows = coupling_->rows;
   coupling_->ForBlocks([&](const auto* values) {
     ParallelFor(static_cast<int>(first_row_.size()), kVertexGrain, [&](int begin, int end) {
-      for (int v = begin; v < end; ++v) {
-        if (first_row_[v] < 0) continue;
-        for (int place = cameras.start[v]; place < cameras.start[v + 1]; ++place) {
-          const int column = column_of_[cameras.index[place]];
-          if (column < 0) continue;
-          const auto* block = values + static_cast<size_t>(place) * rows * kMotion;
-          const double* motion = motions.data() + static_cast<ptrdiff_t>(column) * kMotion;
-          for (int row = 0; row < rows; ++row) {
-            double sum = 0;
-            for (int u = 0; u < kMotion; ++u) sum += block[row * kMotion + u] * motion[u];
-            (*x)[first_row_[v] + row] += sum;
-          }
+      ForPlaces(begin, end, [&](int first_row, int column, int place) {
+        const auto* block = values + static_cast<size_t>(place) * rows * kMotion;
+        const double* motion = motions.data() + static_cast<ptrdiff_t>(column) * kMotion;
+        for (int row = 0; row < rows; ++row) {
+          double sum = 0;
+          for (int u = 0; u < kMotion; ++u) sum += block[row * kMotion + u] * motion[u];
+          (*x)[first_row + row] += sum;
         }
-      }
+      });
     });
   });
 }

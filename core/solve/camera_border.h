@@ -62,16 +62,10 @@ class CameraBorder {
   template <typename Visit>
   void ForCoupling(const Visit& visit) const {
     if (coupling_ == nullptr) return;
-    for (size_t v = 0; v < first_row_.size(); ++v) {
-      if (first_row_[v] < 0) continue;
-      for (int place = coupling_->cameras.start[v]; place < coupling_->cameras.start[v + 1];
-           ++place) {
-        const int column = column_of_[coupling_->cameras.index[place]];
-        if (column < 0) continue;
-        visit(first_row_[v], columns_[column].first,
-              Eigen::MatrixXd(coupling_->Block(place) * motions_[column]));
-      }
-    }
+    ForPlaces(0, static_cast<int>(first_row_.size()), [&](int row, int column, int place) {
+      visit(row, columns_[column].first,
+            Eigen::MatrixXd(coupling_->Block(place) * motions_[column]));
+    });
   }
 
   // y = H x of the rows of A followed by the border's; y has A's rows done already.
@@ -89,6 +83,19 @@ class CameraBorder {
 
  private:
   using Motions = Eigen::Matrix<double, CameraCoupling::kMotion, Eigen::Dynamic>;
+  // visit(first row of A, column, place of the coupling): the blocks of the vertices [begin, end) that move with cameras
+  // that move, in their order.
+  template <typename Visit>
+  void ForPlaces(int begin, int end, const Visit& visit) const {
+    const Adjacency& cameras = coupling_->cameras;
+    for (int v = begin; v < end; ++v) {
+      if (first_row_[v] < 0) continue;
+      for (int place = cameras.start[v]; place < cameras.start[v + 1]; ++place) {
+        const int column = column_of_[cameras.index[place]];
+        if (column >= 0) visit(first_row_[v], column, place);
+      }
+    }
+  }
   // Vertices of each camera, in their order.
   void ListVertices();
   // The border's unknowns as motions of all cameras, and back.

@@ -44,7 +44,8 @@ struct IterationRecord {
   int iteration = 0;
   double energy = 0;        // of all terms, whatever the strategy minimises
   double gradient_max = 0;  // largest component, per pixel footprint
-  double step_norm = 0;     // pixel footprints, Euclidean norm over all vertices
+  // Pixel footprints, Euclidean norm over all vertices, and cameras that move in units as stiff as vertices.
+  double step_norm = 0;
   bool accepted = true;
   int linear_iterations = 0;
   double seconds = 0;  // since the start of the solve
