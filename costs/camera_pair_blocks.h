@@ -2,7 +2,9 @@
 // cameras.
 //
 // Facets have the energy itself (costs/facet_blocks.h), so that of a pair's block is 0; its gradient and curvature are
-// those of costs/camera_sums.h, and so is the curvature between vertices and cameras.
+// those of costs/camera_sums.h, and so is the curvature between vertices and cameras. For Ceres, whose residuals
+// have an energy or no gradient, these blocks have all of it (costs/pair_rows.h): one of every pair and vertex, of the vertex
+// and both cameras, and one of every pair.
 #pragma once
 
 #include "core/solve/energy_blocks.h"
@@ -13,17 +15,17 @@ namespace burin {
 class CameraPairBlocks : public EnergyBlocks {
  public:
   // `first_camera`: number of the first camera's parameter. The round outlives the blocks.
-  CameraPairBlocks(const PhotometricRound* round, int first_camera);
+  CameraPairBlocks(PhotometricRound* round, int first_camera);
 
   bool Evaluate(int k, const TangentDirections* directions, double* energy, double* gradient,
                 double* curvature) const override;
   const CameraCoupling* Coupling() const override { return &round_->camera_sums().coupling; }
 
-  // Throws InputError: residuals with this gradient and no energy there are none.
+  // Of the facets' energy too.
   CostFunctions MakeCostFunctions() const override;
 
  private:
-  const PhotometricRound* round_;
+  PhotometricRound* round_;
 };
 
 }  // namespace burin

@@ -6,6 +6,7 @@
 
 #include "core/support/parallel.h"
 #include "costs/outer_products.h"
+#include "costs/pair_rows.h"
 
 namespace burin {
 namespace {
@@ -45,7 +46,15 @@ class CameraBits {
   std::vector<uint64_t> bits_;
 };
 
-// Per facet of the view and partner: 1 where some pixel of the facet is in Omega_ij.
+template <typename T>
+void SetCross(const Eigen::Matrix<T, 3, 1>& a, const Eigen::Matrix<T, 3, 1>& b, T* cross) {
+  cross[0] = a.y() * b.z() - a.z() * b.y();
+  cross[1] = a.z() * b.x() - a.x() * b.z();
+  cross[2] = a.x() * b.y() - a.y() * b.x();
+}
+
+}  // namespace
+
 std::vector<char> FacetsInPairs(const ViewDomain& domain, const PartnerBits& pixels) {
   const size_t partners = pixels.partners();
   const auto facets = static_cast<int>(domain.facet.size());
@@ -61,15 +70,6 @@ std::vector<char> FacetsInPairs(const ViewDomain& domain, const PartnerBits& pix
   });
   return in_pair;
 }
-
-template <typename T>
-void SetCross(const Eigen::Matrix<T, 3, 1>& a, const Eigen::Matrix<T, 3, 1>& b, T* cross) {
-  cross[0] = a.y() * b.z() - a.z() * b.y();
-  cross[1] = a.z() * b.x() - a.x() * b.z();
-  cross[2] = a.x() * b.y() - a.y() * b.x();
-}
-
-}  // namespace
 
 void CameraSums::MakePattern(const RoundContext& context, const PairSample& sample) {
   pairs.clear();
@@ -157,12 +157,14 @@ void CameraGather<T>::BeginView(const View& view) {
     }
   }
   rows_.resize(domain.facet.size() * 3 * kUnknowns);
+  own_.resize(domain.facet.size() * 3 * 2);
   in_pair_.resize(domain.facet.size());
 }
 
 template <typename T>
-void CameraGather<T>::AddPair(const PairFields<T>& fields, const PartnerPixels& pixels,
-                              CameraSums::Pair* pair, CameraCoupling* coupling) {
+void CameraGather<T>::AddPair(const PairFields<T>& fields, const PartnerPixels& pixels, int number,
+                              CameraSums* sums, PairRows* vertices) {
+  CameraSums::Pair* pair = &sums->pairs[number];
   const Camera& first = (*view_.cameras)[pair->first];
   const Geometry geometry(first, (*view_.cameras)[pair->second]);
   const ViewDomain& domain = (*view_.context->domains)[view_.view];
@@ -178,8 +180,7 @@ void CameraGather<T>::AddPair(const PairFields<T>& fields, const PartnerPixels& 
           __builtin_prefetch(fields.Of(pixel.index));
         }
       }
-      T* rows = &rows_[static_cast<size_t>(k) * 3 * kUnknowns];
-      in_pair_[k] = AddFacet(geometry, fields, pixels, k, &chunk, rows) ? 1 : 0;
+      in_pair_[k] = AddFacet(geometry, fields, pixels, k, &chunk) ? 1 : 0;
     }
   });
   CameraSums::Pair sum;
@@ -200,15 +201,15 @@ void CameraGather<T>::AddPair(const PairFields<T>& fields, const PartnerPixels& 
 
   ParallelFor(static_cast<int>(vertices_.size()), kVertexGrain, [&](int begin, int end) {
     for (int n = begin; n < end; ++n) {
-      AddVertex(n, world_from_first, *pair, coupling);
+      AddVertex(n, world_from_first, *pair, &sums->coupling);
+      if (vertices != nullptr) AddVertex(n, world_from_first, number, vertices);
     }
   });
 }
 
 template <typename T>
 bool CameraGather<T>::AddFacet(const Geometry& geometry, const PairFields<T>& fields,
-                               const PartnerPixels& pixels, int k, CameraSums::Pair* sums,
-                               T* rows) const {
+                               const PartnerPixels& pixels, int k, CameraSums::Pair* sums) {
   using Vector = Eigen::Matrix<T, 3, 1>;
   using Pairs = VectorPairs<T>;
   const Camera& camera = (*view_.cameras)[view_.view];
@@ -253,15 +254,16 @@ bool CameraGather<T>::AddFacet(const Geometry& geometry, const PairFields<T>& fi
       a[3 + c] = b[c];
       a[9 + c] = -f[c];
     }
-    std::fill(a + kUnknowns, a + Pairs::kSize, T(0));
     for (int u = 0; u < kUnknowns; ++u) left[u] = weight * a[u];
     left[kUnknowns] = here[PairFields<T>::kDerivative];
     const auto dx = static_cast<T>(pixel.column - origin.column);
     const auto dy = static_cast<T>(pixel.row - origin.row);
-    const T scale = weight * share * depth;
+    const T scale = share * depth;
     for (int v = 0; v < 3; ++v) {
-      left[kUnknowns + 1 + v] = scale * (u_origin[v] + along_x[v] * dx + along_y[v] * dy);
+      a[kUnknowns + v] = scale * (u_origin[v] + along_x[v] * dx + along_y[v] * dy);
+      left[kUnknowns + 1 + v] = weight * a[kUnknowns + v];
     }
+    a[kUnknowns + 3] = 0;
     if (++pairs.count < Pairs::kMost) continue;
     AddOuterProducts(pairs, products);
     pairs.count = 0;
@@ -273,13 +275,18 @@ bool CameraGather<T>::AddFacet(const Geometry& geometry, const PairFields<T>& fi
     sums->gradient[u] += products[kUnknowns][u];
   }
   const Eigen::Vector3i& face = view_.context->mesh->faces[domain.facet[k]];
+  T* rows = &rows_[static_cast<size_t>(k) * 3 * kUnknowns];
+  T* own = &own_[static_cast<size_t>(k) * 3 * 2];
   for (int v = 0; v < 3; ++v) {
     const T along = view_.context->motion == Motion::kNormal
                         ? static_cast<T>(pencil.normal.dot(view_.context->normals[face[v]]))
                         : T(1);
-    for (int u = 0; u < kUnknowns; ++u) {
-      rows[v * kUnknowns + u] = along * products[kUnknowns + 1 + v][u];
-    }
+    const T* row = products[kUnknowns + 1 + v];
+    for (int u = 0; u < kUnknowns; ++u) rows[v * kUnknowns + u] = along * row[u];
+    const T* with_vertices = row + kUnknowns;
+    own[2 * v] =
+        std::abs(with_vertices[0]) + std::abs(with_vertices[1]) + std::abs(with_vertices[2]);
+    own[2 * v + 1] = products[kUnknowns][kUnknowns + v];
   }
   return true;
 }
@@ -316,6 +323,37 @@ void CameraGather<T>::AddVertex(int n, const Eigen::Matrix3d& world_from_first,
     }
     coupling->Add(coupling->Place(vertex, part == 0 ? pair.first : pair.second), block);
   }
+}
+
+template <typename T>
+void CameraGather<T>::AddVertex(int n, const Eigen::Matrix3d& world_from_first, int pair,
+                                PairRows* vertices) const {
+  const int vertex = vertices_[n];
+  const int rows = vertices->rows();
+  PairRows::VertexSums sums;
+  bool any = false;
+  for (const int* corner = corners_.Begin(n); corner != corners_.End(n); ++corner) {
+    const int k = *corner / 3;
+    if (in_pair_[k] == 0) continue;
+    any = true;
+    const Eigen::Vector3d& normal = (*view_.pencils)[k].normal;
+    const T* row = &rows_[static_cast<size_t>(*corner) * kUnknowns];
+    const T* own = &own_[static_cast<size_t>(*corner) * 2];
+    // How the facet's plane moves with the vertex' unknowns.
+    Eigen::Vector3d along = normal;
+    if (rows == 1) along = {normal.dot(view_.context->normals[vertex]), 0, 0};
+    sums.curvature += static_cast<double>(own[0]) * along * along.transpose();
+    sums.gradient += static_cast<double>(own[1]) * along;
+    for (int u = 0; u < kUnknowns; ++u) {
+      for (int r = 0; r < rows; ++r) sums.coupling(u, r) += row[u] * (rows == 1 ? 1 : normal[r]);
+    }
+  }
+  if (!any) return;
+  for (const int centre : {3, 9}) {
+    sums.coupling.middleRows<3>(centre) =
+        Eigen::Matrix3d(world_from_first * sums.coupling.middleRows<3>(centre));
+  }
+  vertices->Add(pair, vertex, sums);
 }
 
 template class CameraGather<float>;

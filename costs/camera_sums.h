@@ -49,6 +49,11 @@ struct CameraSums {
   void Clear(bool in_double);
 };
 
+// Per facet of a view and partner: 1 where some pixel of the facet is in Omega_ij.
+std::vector<char> FacetsInPairs(const ViewDomain& domain, const PartnerBits& pixels);
+
+class PairRows;
+
 // Sums over the pixels of one reference view, a pair at a time. To be used again for the next view.
 template <typename T>
 class CameraGather {
@@ -61,18 +66,21 @@ class CameraGather {
     const T* inverse_depth;
   };
   void BeginView(const View& view);
-  // Adds to the pair's sums and to the coupling of the view's vertices with both cameras.
-  void AddPair(const PairFields<T>& fields, const PartnerPixels& pixels, CameraSums::Pair* pair,
-               CameraCoupling* coupling);
+  // Adds to the sums of pair number `pair` and to the coupling of the view's vertices with both cameras; and to
+  // `vertices` (null = none) what these are in the pair.
+  void AddPair(const PairFields<T>& fields, const PartnerPixels& pixels, int pair, CameraSums* sums,
+               PairRows* vertices);
 
  private:
   struct Geometry;
-  // False when no pixel counts; `rows` is then left as it is.
+  // Adds to `sums` and sets the facet's rows. False when no pixel counts; they are then left as they are.
   bool AddFacet(const Geometry& geometry, const PairFields<T>& fields, const PartnerPixels& pixels,
-                int k, CameraSums::Pair* sums, T* rows) const;
+                int k, CameraSums::Pair* sums);
   // The n-th of the view's vertices.
   void AddVertex(int n, const Eigen::Matrix3d& world_from_first, const CameraSums::Pair& pair,
                  CameraCoupling* coupling) const;
+  void AddVertex(int n, const Eigen::Matrix3d& world_from_first, int pair,
+                 PairRows* vertices) const;
 
   View view_ = {};
   std::vector<int> vertices_;  // of the view's facets
@@ -82,6 +90,9 @@ class CameraGather {
   // Of each facet of the view: 3 vertices x 12, in the frame of the view's camera; along the vertices' normals, or,
   // where they move freely, to be multiplied by the facet's.
   std::vector<T> rows_;
+  // Likewise, 3 vertices x 2: what multiplies n n^T for a curvature of the vertex alone (costs/pair_rows.h), and n for
+  // its gradient.
+  std::vector<T> own_;
 };
 
 extern template class CameraGather<float>;

@@ -153,6 +153,7 @@ bool FacetBlocks::Evaluate(int k, const TangentDirections* directions, double* e
 }
 
 CostFunctions FacetBlocks::MakeCostFunctions() const {
+  if (round_->MovesCameras()) return {{}, {{0}, {}}, {}};
   const std::vector<int> seen = SeenVertices(round_->context());
   const auto factors = std::make_shared<std::vector<PatchFactor>>(seen.size());
   factors_ = factors;

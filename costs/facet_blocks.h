@@ -33,7 +33,7 @@ class FacetBlocks : public EnergyBlocks {
   bool Evaluate(int k, const TangentDirections* directions, double* energy, double* gradient,
                 double* curvature) const override;
 
-  // One patch of every vertex.
+  // One patch of every vertex; none where cameras move (costs/camera_pair_blocks.h has the energy then).
   CostFunctions MakeCostFunctions() const override;
   // Factors all patches in parallel where there are cost functions of them: Ceres evaluates these on one thread.
   void FactorForCeres() const;

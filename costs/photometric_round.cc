@@ -11,6 +11,7 @@
 #include "core/support/stopwatch.h"
 #include "costs/camera_pair_blocks.h"
 #include "costs/facet_blocks.h"
+#include "costs/pair_rows.h"
 
 namespace burin {
 namespace {
@@ -59,6 +60,12 @@ void PhotometricRound::MarkSupported(const std::vector<Eigen::Vector3d>& vertice
 void PhotometricRound::PrepareForEvaluation(bool /*evaluate_jacobians*/,
                                             bool /*new_evaluation_point*/) {
   Evaluate(parameters_->vertices, parameters_->cameras, /*derivatives=*/true);
+  if (const std::shared_ptr<PairRows> rows = pair_rows_.lock(); rows != nullptr) {
+    if (rows_factored_at_ == evaluations_) return;
+    rows->Factor(camera_sums_, energy_, poses_);
+    rows_factored_at_ = evaluations_;
+    return;
+  }
   blocks_->FactorForCeres();
 }
 
@@ -97,6 +104,15 @@ void PhotometricRound::EvaluateSample(const PairSample& sample, bool squares_onl
   }
 }
 
+std::shared_ptr<PairRows> PhotometricRound::MakePairRows() {
+  FinishFreeze();
+  if (camera_sums_.first_pair.empty()) camera_sums_.MakePattern(context_, windows_.used);
+  auto rows = std::make_shared<PairRows>(context_, windows_.used, camera_sums_);
+  pair_rows_ = rows;
+  Forget();  // the next evaluation fills them
+  return rows;
+}
+
 double PhotometricRound::Evaluate(const std::vector<Eigen::Vector3d>& vertices,
                                   const std::vector<CameraPose>& poses, bool derivatives) {
   const bool same = have_energy_ && positions_ == vertices && poses_ == poses;
@@ -104,13 +120,17 @@ double PhotometricRound::Evaluate(const std::vector<Eigen::Vector3d>& vertices,
   FinishFreeze();
   const Stopwatch watch;
   SetPoint(vertices, poses);
+  const std::shared_ptr<PairRows> rows = pair_rows_.lock();
   if (derivatives && !poses.empty()) {
     if (camera_sums_.first_pair.empty()) camera_sums_.MakePattern(context_, windows_.used);
     camera_sums_.Clear(options_.double_precision);
     output_.cameras = &camera_sums_;
+    if (rows != nullptr) rows->Clear();
+    output_.pair_rows = rows.get();
   }
   EvaluateSample(windows_.used, /*squares_only=*/false, derivatives);
   output_.cameras = nullptr;
+  output_.pair_rows = nullptr;
   energy_ = ChunkedSum(static_cast<int>(output_.sums.size()), [&](int begin, int end) {
     double part = 0;
     for (int k = begin; k < end; ++k) part += output_.sums.Cost(k);

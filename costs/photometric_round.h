@@ -23,10 +23,12 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <vector>
 
 #include "core/solve/energy_term.h"
+#include "costs/camera_sums.h"
 #include "costs/frozen_windows.h"
 #include "costs/photometric_options.h"
 #include "costs/view_evaluation.h"
@@ -73,6 +75,10 @@ class PhotometricRound : public TermRound, public ceres::EvaluationCallback {
   const CameraSums& camera_sums() const { return camera_sums_; }
   // The last evaluated ones.
   const std::vector<CameraPose>& poses() const { return poses_; }
+  bool MovesCameras() const { return parameters_ != nullptr && !parameters_->cameras.empty(); }
+  // What cost functions of cameras read; made at every evaluation by PrepareForEvaluation() as long as
+  // somebody holds it. Cameras move.
+  std::shared_ptr<PairRows> MakePairRows();
   // Area normals of the facets at the last evaluated positions.
   const std::vector<Eigen::Vector3d>& facet_normals() const { return normals_; }
   const RoundContext& context() const { return context_; }
@@ -107,6 +113,8 @@ class PhotometricRound : public TermRound, public ceres::EvaluationCallback {
   double energy_ = 0;
   ViewEvaluation::Output output_;
   CameraSums camera_sums_;
+  std::weak_ptr<PairRows> pair_rows_;
+  int64_t rows_factored_at_ = -1;         // evaluations_
   std::vector<Eigen::Vector3d> normals_;  // area normals of the facets
   int64_t evaluations_ = 0;
   double seconds_ = 0;

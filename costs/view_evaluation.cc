@@ -141,9 +141,9 @@ class ViewEvaluationIn : public ViewEvaluation {
         }
       });
       output->windows += counted;
-      CameraSums* cameras = output->cameras;
       gather_->AddPair(pair_fields_, inputs[b].domain,
-                       &cameras->pairs[cameras->first_pair[view] + b], &cameras->coupling);
+                       output->cameras->first_pair[view] + static_cast<int>(b), output->cameras,
+                       output->pair_rows);
     }
   }
 

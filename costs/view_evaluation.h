@@ -40,6 +40,7 @@ class ViewEvaluation {
     CornerSumsList sums;                        // of corner c of facet f at 3 f + c
     std::vector<FacetScore>* scores = nullptr;  // per facet; null = not wanted
     CameraSums* cameras = nullptr;              // null = not wanted; else with derivatives
+    PairRows* pair_rows = nullptr;              // likewise, beside these
     int64_t windows = 0;                        // that counted
   };
 

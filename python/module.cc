@@ -100,6 +100,17 @@ Eigen::Matrix3d IntrinsicsOf(const Camera& camera) {
   return k;
 }
 
+// Rotations (V, 3, 3) and translations (V, 3).
+py::tuple PoseArrays(const std::vector<Camera>& cameras) {
+  std::vector<Eigen::Matrix3d> rotations;
+  std::vector<Eigen::Vector3d> translations;
+  for (const Camera& camera : cameras) {
+    rotations.push_back(camera.rotation);
+    translations.push_back(camera.translation);
+  }
+  return py::make_tuple(Array(rotations), Array(translations));
+}
+
 py::dict EventDict(const RefinementEvent& event) {
   py::dict dict;
   dict["level"] = event.level;
@@ -179,16 +190,11 @@ py::dict RefineMesh(const Scene& scene, const py::array& vertices, const py::arr
   out["vertices"] = Array(result.mesh.vertices);
   out["faces"] = Array(result.mesh.faces);
   out["quality"] = quality;
-  std::vector<Eigen::Matrix3d> rotations;
-  std::vector<Eigen::Vector3d> translations;
-  for (const Camera& camera : result.refinement.cameras) {
-    rotations.push_back(camera.rotation);
-    translations.push_back(camera.translation);
-  }
+  const py::tuple poses = PoseArrays(result.refinement.cameras);
   py::dict cameras;
   cameras["names"] = NamesOf(judged.Used(scene));
-  cameras["rotations"] = Array(rotations);
-  cameras["translations"] = Array(translations);
+  cameras["rotations"] = poses[0];
+  cameras["translations"] = poses[1];
   out["cameras"] = cameras;
   out["summary"] = ParseJson(JsonText(SummaryJson(inputs, options, result, watch.Seconds())));
   return out;
@@ -285,19 +291,24 @@ void DefineOptions(py::module_* module) {
 void DefineEnergy(py::module_* module) {
   py::class_<LevelEnergy>(*module, "Energy")
       .def(py::init([](const Scene& scene, const py::array& vertices, const py::array& faces,
-                       const std::vector<std::pair<int, int>>& pairs, Options* options, int level) {
+                       const std::vector<std::pair<int, int>>& pairs, Options* options, int level,
+                       bool cameras) {
              const TriangleMesh mesh = MeshOf(vertices, faces);
              const PipelineOptions given = options->options;
              const py::gil_scoped_release release;
-             return std::make_unique<LevelEnergy>(scene, mesh, PairsOf(pairs), given, level);
+             return std::make_unique<LevelEnergy>(scene, mesh, PairsOf(pairs), given, level,
+                                                  cameras);
            }),
            py::arg("scene"), py::arg("vertices"), py::arg("faces"), py::arg("pairs"),
-           py::arg("options"), py::arg("level"))
+           py::arg("options"), py::arg("level"), py::arg("cameras"))
       .def_property_readonly("unknowns", &LevelEnergy::unknowns)
       .def_property_readonly("footprint", &LevelEnergy::footprint)
       .def_property_readonly(
           "vertex_of_unknown",
           [](const LevelEnergy& energy) { return Array(energy.vertex_of_unknown()); })
+      .def_property_readonly(
+          "camera_of_unknown",
+          [](const LevelEnergy& energy) { return Array(energy.camera_of_unknown()); })
       .def_property_readonly("normals",
                              [](const LevelEnergy& energy) { return Array(energy.normals()); })
       .def("evaluate",
@@ -314,6 +325,10 @@ void DefineEnergy(py::module_* module) {
       .def("vertices_at",
            [](const LevelEnergy& energy, const Eigen::VectorXd& x) {
              return Array(WithoutGil([&] { return energy.VerticesAt(x); }));
+           })
+      .def("cameras_at",
+           [](const LevelEnergy& energy, const Eigen::VectorXd& x) {
+             return PoseArrays(WithoutGil([&] { return energy.CamerasAt(x); }));
            })
       .def("kept_taps",
            [](LevelEnergy* energy, int view) {

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <map>
@@ -21,8 +22,8 @@ namespace {
 using testing::HasSubstr;
 
 struct CsvRow {
-  std::string mode, strategy, level, round, width, height, faces, unknowns, pairs, iteration,
-      evaluations, seconds, energy, rmse, accepted, note;
+  std::string mode, strategy, level, round, width, height, faces, unknowns, cameras, pairs,
+      iteration, evaluations, seconds, energy, rmse, camera_px, accepted, note;
 };
 
 std::vector<CsvRow> ReadCsv(const std::string& text) {
@@ -30,16 +31,16 @@ std::vector<CsvRow> ReadCsv(const std::string& text) {
   std::string line;
   std::getline(lines, line);
   EXPECT_EQ(line,
-            "mode,strategy,level,round,width,height,faces,unknowns,pairs,iteration,evaluations,"
-            "seconds,energy,rmse,accepted,note");
+            "mode,strategy,level,round,width,height,faces,unknowns,cameras,pairs,iteration,"
+            "evaluations,seconds,energy,rmse,camera_px,accepted,note");
   std::vector<CsvRow> rows;
   while (std::getline(lines, line)) {
     std::istringstream fields(line);
     CsvRow row;
     for (std::string* field :
          {&row.mode, &row.strategy, &row.level, &row.round, &row.width, &row.height, &row.faces,
-          &row.unknowns, &row.pairs, &row.iteration, &row.evaluations, &row.seconds, &row.energy,
-          &row.rmse, &row.accepted}) {
+          &row.unknowns, &row.cameras, &row.pairs, &row.iteration, &row.evaluations, &row.seconds,
+          &row.energy, &row.rmse, &row.camera_px, &row.accepted}) {
       std::getline(fields, *field, ',');
     }
     std::getline(fields, row.note);
@@ -159,6 +160,44 @@ TEST_F(CompareTest, FrozenRoundsAreTheSameForEveryStrategy) {
   EXPECT_GT(best_share, 0.9);
   EXPECT_THAT(outcome.out, HasSubstr("\nto draw them, in burin's source folder: ./run charts " +
                                      In("out") + "\n"));
+}
+
+TEST_F(CompareTest, EveryStrategyHasARoundWithCamerasAsUnknowns) {
+  std::vector<std::string> arguments =
+      Command({"--truth", In("scene/truth.ply"), "--level.count", "2", "--cameras.refine", "poses",
+               "--cameras.steps", "joint"});
+  // The last round of a level moves the surface alone.
+  *(std::find(arguments.begin(), arguments.end(), "--level.rounds") + 1) = "2";
+  const Outcome outcome = Run(arguments);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("round 1, with 4 cameras as unknowns\n"));
+  EXPECT_THAT(outcome.err, HasSubstr("cameras moved by"));
+  std::map<std::string, CsvRow> last;
+  int others = 0;
+  for (const CsvRow& row : ReadCsv(ReadAll(In("out/compare.csv")))) {
+    if (row.cameras == "0") {
+      EXPECT_EQ(row.camera_px, "");
+      ++others;
+      continue;
+    }
+    EXPECT_EQ(row.cameras, "4");
+    EXPECT_EQ(row.level + " " + row.round, "1 0");
+    if (row.iteration == "0") {
+      EXPECT_LT(Number(row.camera_px), 1e-6) << row.strategy;
+    }
+    last[row.strategy] = row;
+  }
+  EXPECT_GT(others, 0);
+  const nlohmann::json json = nlohmann::json::parse(ReadAll(In("out/compare.json")));
+  for (const nlohmann::json& entry : json["strategies"]) {
+    const std::string name = entry["strategy"];
+    const nlohmann::json& round = entry["rounds"][0];
+    EXPECT_EQ(round["cameras"], 4) << name;
+    EXPECT_GT(round["camera_px"], 0.001) << name;
+    EXPECT_NEAR(Number(last.at(name).camera_px), round["camera_px"], 1e-9) << name;
+    EXPECT_FALSE(entry["rounds"][1].contains("camera_px"));
+  }
+  EXPECT_EQ(last.size(), Strategies().size());
 }
 
 TEST_F(CompareTest, RefusedStrategiesAreRowsAndDoNotStopTheOthers) {

@@ -8,13 +8,13 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <string>
 
 #include "core/refine/frozen_round.h"
 #include "core/refine/normalized_world.h"
 #include "core/refine/round.h"
 #include "core/solve/ceres_problem.h"
 #include "core/solve/normal_equations.h"
-#include "core/support/error.h"
 #include "core/support/parallel.h"
 #include "costs/photometric_energy.h"
 #include "costs/smoothness_energy.h"
@@ -334,26 +334,33 @@ TEST(JointSteps, SameBytesForAnyNumberOfThreads) {
   }
 }
 
-TEST(JointSteps, OtherStrategiesFollowTheGradientOrRefuse) {
+// The share of the cameras' error that twelve iterations leave at most. Steps by a fixed length or the first H's go far less.
+double ErrorLeft(const std::string& strategy) {
+  return strategy == "gradient_descent" || strategy == "lbfgs_h" ? 0.95 : 0.6;
+}
+
+TEST(JointSteps, EveryStrategyMovesCamerasAndSurface) {
   WrongCameras scene;
+  const double start_error = scene.Error();
   Round round(scene.views, scene.pairs, scene.mesh, Motion::kNormal);
   RoundProblem& problem = round.Problem();
   const std::vector<CameraPose> start = round.parameters.cameras;
   SolverOptions options;
-  options.max_iterations = 8;
-  for (const char* name : {"lm_pcg", "lbfgs_sobolev", "lbfgs_h"}) {
-    const RoundTrial trial = problem.Try(StrategyFor(name, problem.Unknowns(), options), options,
-                                         scene.mesh.vertices, {});
-    ASSERT_TRUE(trial.solve.usable) << name;
-    EXPECT_LT(trial.solve.final_energy, 0.8 * trial.solve.initial_energy) << name;
-    EXPECT_FALSE(trial.cameras == start) << name;
-    EXPECT_TRUE(round.parameters.cameras == start) << name;
-  }
-  for (const char* name : {"lm_cholesky", "lbfgs", "gradient_descent"}) {
-    EXPECT_THROW(problem.Try(StrategyFor(name, problem.Unknowns(), options), options,
-                             scene.mesh.vertices, {}),
-                 InputError)
-        << name;
+  options.max_iterations = 12;
+  options.function_tolerance = 1e-5;
+  for (const Strategy& strategy : Strategies()) {
+    const RoundTrial trial = problem.Try(strategy, options, scene.mesh.vertices, {});
+    ASSERT_TRUE(trial.solve.usable) << strategy.name;
+    EXPECT_EQ(trial.solve.unknowns, problem.Unknowns()) << strategy.name;
+    EXPECT_LT(trial.solve.final_energy, 0.9 * trial.solve.initial_energy) << strategy.name;
+    EXPECT_TRUE(round.parameters.cameras == start) << strategy.name;
+    WrongCameras moved = scene;
+    for (size_t i = 0; i < trial.cameras.size(); ++i) {
+      SetPose(trial.cameras[i], &moved.views[i].camera);
+    }
+    const double share = moved.Error() / start_error;
+    RecordProperty(strategy.name, std::to_string(share));
+    EXPECT_LT(share, ErrorLeft(strategy.name)) << strategy.name;
   }
 }
 

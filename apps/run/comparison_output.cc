@@ -5,7 +5,9 @@
 #include <cstdio>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
+#include <utility>
 
 #include "core/evaluate/evaluation_report.h"
 
@@ -48,6 +50,7 @@ nlohmann::ordered_json RoundJson(const ComparedRound& round) {
   json["vertices"] = round.vertices;
   json["faces"] = round.faces;
   json["unknowns"] = round.unknowns;
+  json["cameras"] = round.cameras;
   json["reason"] = round.reason;
   if (!round.reason.empty()) return json;
   json["termination"] = round.trial.solve.termination;
@@ -59,6 +62,7 @@ nlohmann::ordered_json RoundJson(const ComparedRound& round) {
   json["energy_final"] = round.trial.energy_final;
   json["rmse_initial"] = OrNull(round.rmse_start);
   json["rmse_final"] = OrNull(round.rmse);
+  if (round.cameras > 0) json["camera_px"] = round.trial.camera_px;
   return json;
 }
 
@@ -84,9 +88,10 @@ const ComparedRound* FindRound(const ComparedStrategy& strategy, int level, int 
 std::string SizeFields(const Comparison& comparison, const ComparedRound* round) {
   std::ostringstream fields;
   if (round == nullptr) {
-    fields << ",,,";
+    fields << ",,,,";
   } else {
-    fields << round->width << ',' << round->height << ',' << round->faces << ',' << round->unknowns;
+    fields << round->width << ',' << round->height << ',' << round->faces << ',' << round->unknowns
+           << ',' << round->cameras;
   }
   fields << ',' << comparison.selection.pairs.size();
   return fields.str();
@@ -97,8 +102,9 @@ std::string SizeFields(const Comparison& comparison, const ComparedRound* round)
 std::string ComparisonCsv(const Comparison& comparison) {
   std::ostringstream csv;
   csv.precision(12);
-  csv << "mode,strategy,level,round,width,height,faces,unknowns,pairs,iteration,evaluations,"
-         "seconds,energy,rmse,accepted,note\n";
+  csv << "mode,strategy,level,round,width,height,faces,unknowns,cameras,pairs,iteration,"
+         "evaluations,"
+         "seconds,energy,rmse,camera_px,accepted,note\n";
   const std::string mode = NameOf(comparison.options.mode);
   for (const ComparedStrategy& strategy : comparison.strategies) {
     for (const ComparisonRow& row : comparison.rows) {
@@ -108,15 +114,17 @@ std::string ComparisonCsv(const Comparison& comparison) {
           << row.iteration << ',' << row.evaluations << ',' << Formatted("%.6f", row.seconds) << ','
           << row.energy << ',';
       if (std::isfinite(row.rmse)) csv << row.rmse;
+      csv << ',';
+      if (std::isfinite(row.camera_px)) csv << row.camera_px;
       csv << ',' << (row.accepted ? 1 : 0) << ",\n";
     }
     for (const ComparedRound& round : strategy.rounds) {
       if (round.reason.empty()) continue;
       csv << mode << ',' << strategy.name << ',' << round.level << ',' << round.round << ','
-          << SizeFields(comparison, &round) << ",,,,,,," << Quoted(round.reason) << '\n';
+          << SizeFields(comparison, &round) << ",,,,,,,," << Quoted(round.reason) << '\n';
     }
     if (!strategy.reason.empty()) {
-      csv << mode << ',' << strategy.name << ",,," << SizeFields(comparison, nullptr) << ",,,,,,,"
+      csv << mode << ',' << strategy.name << ",,," << SizeFields(comparison, nullptr) << ",,,,,,,,"
           << Quoted(strategy.reason) << '\n';
     }
   }
@@ -192,6 +200,44 @@ nlohmann::ordered_json ComparisonJson(const Comparison& comparison) {
   return json;
 }
 
+namespace {
+
+// Of the rounds that had cameras among their unknowns: a table each, in the order of the run; empty where there was none.
+std::string CameraTables(const Comparison& comparison, size_t width) {
+  std::string tables;
+  std::set<std::pair<int, int>> done;  // level, round
+  for (const ComparedStrategy& any : comparison.strategies) {
+    for (const ComparedRound& of : any.rounds) {
+      if (of.cameras == 0 || !done.insert({of.level, of.round}).second) continue;
+      tables += "\n" + std::to_string(of.width) + "x" + std::to_string(of.height) + ", round " +
+                std::to_string(of.round + 1) + ", with " + std::to_string(of.cameras) +
+                " cameras as unknowns\nstrategy" + std::string(width - 8, ' ') +
+                "                      energy        RMSE    seconds  iterations  evaluations" +
+                "  cameras moved\n";
+      for (const ComparedStrategy& strategy : comparison.strategies) {
+        const ComparedRound* round = FindRound(strategy, of.level, of.round);
+        if (round == nullptr) continue;
+        tables += strategy.name + std::string(width - strategy.name.size(), ' ');
+        if (!round->reason.empty()) {
+          tables += "  " + round->reason + "\n";
+          continue;
+        }
+        tables += Padded(Formatted("%.6g", EnergyOf(round->trial.energy_initial)) + " -> " +
+                             Formatted("%.6g", EnergyOf(round->trial.energy_final)),
+                         28) +
+                  Padded(Formatted("%.4g", round->rmse), 12) +
+                  Padded(Formatted("%.2f", round->trial.seconds), 11) +
+                  Padded(std::to_string(round->trial.solve.iterations), 12) +
+                  Padded(std::to_string(round->trial.evaluations), 13) +
+                  Padded(Formatted("%.3f px", round->trial.camera_px), 15) + "\n";
+      }
+    }
+  }
+  return tables;
+}
+
+}  // namespace
+
 std::string ComparisonTable(const Comparison& comparison) {
   const bool frozen = comparison.options.mode == CompareMode::kFrozen;
   size_t width = 8;
@@ -218,7 +264,7 @@ std::string ComparisonTable(const Comparison& comparison) {
     if (!totals.reason.empty()) table += "  " + totals.reason;
     table += "\n";
   }
-  return table;
+  return table + CameraTables(comparison, width);
 }
 
 }  // namespace burin

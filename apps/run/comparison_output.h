@@ -9,11 +9,11 @@
 
 namespace burin {
 
-// mode,strategy,level,round,width,height,faces,unknowns,pairs,iteration,evaluations,seconds,energy,
-// rmse,accepted,note
+// mode,strategy,level,round,width,height,faces,unknowns,cameras,pairs,iteration,evaluations,seconds,
+// energy,rmse,camera_px,accepted,note
 // For each strategy a line an iteration (see ComparisonRow), then a line for each round, or run,
 // without a result: the reason in quotes as the note, the fields from `iteration` on empty and, of a
-// run, also `level` to `unknowns`. rmse is empty where it was not measured. `level` is that of
+// run, also `level` to `cameras`. rmse is empty where it was not measured, camera_px where cameras are no unknowns. `level` is that of
 // level.finest: 0 = full resolution; `width` and `height` are those of its first view.
 std::string ComparisonCsv(const Comparison& comparison);
 
@@ -44,7 +44,7 @@ StrategyTotals TotalsOf(const Comparison& comparison, const ComparedStrategy& st
 // The "strategies", "before" and "rounds" of compare.json.
 nlohmann::ordered_json ComparisonJson(const Comparison& comparison);
 
-// A line a strategy.
+// A line a strategy; and of every round with cameras among its unknowns a table of its own.
 std::string ComparisonTable(const Comparison& comparison);
 
 }  // namespace burin

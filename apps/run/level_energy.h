@@ -6,6 +6,10 @@
 // of vertex: one per vertex along the normal, or three with motion.type = free. Their unit is the
 // footprint of a full-resolution pixel, as in core/refine/refinement.h's normalised world. x = 0 is the
 // mesh as given. Facets are not split.
+//
+// With cameras as unknowns, those of each view that some pair has follow, ascending: a rotation vector w in the camera's
+// frame, radians, and a move dc of the centre in footprints along the world's axes, R = Exp(w) R_0 and c = c_0 + dc with
+// X_cam = R (X - c).
 #pragma once
 
 #include <Eigen/Core>
@@ -29,15 +33,16 @@ class LevelEnergy {
   // options that do not fit, a level whose photographs are smaller than the window, pairs that name no
   // view, a view twice or that repeat, and when the pairs see nothing of the mesh.
   LevelEnergy(const Scene& scene, const TriangleMesh& mesh, const std::vector<CameraPair>& pairs,
-              const PipelineOptions& options, int level);
+              const PipelineOptions& options, int level, bool cameras = false);
   ~LevelEnergy();
   LevelEnergy(const LevelEnergy&) = delete;
   LevelEnergy& operator=(const LevelEnergy&) = delete;
 
   int unknowns() const;
   double footprint() const;  // world units of 1 in x
-  // By unknown, its vertex.
+  // By unknown, its vertex and its camera; -1 where it is of none.
   const std::vector<int>& vertex_of_unknown() const;
+  const std::vector<int>& camera_of_unknown() const;
   const std::vector<Eigen::Vector3d>& normals() const;  // unit, by vertex; 0 where there is none
 
   // x has unknowns() entries. Not finite where a cost function fails.
@@ -46,6 +51,7 @@ class LevelEnergy {
   SymmetricMatrix Linearize(const Eigen::VectorXd& x, double* energy, Eigen::VectorXd* gradient);
   nlohmann::json Terms(const Eigen::VectorXd& x);  // energy by term, and "total"
   std::vector<Eigen::Vector3d> VerticesAt(const Eigen::VectorXd& x) const;  // in the scene's world
+  std::vector<Camera> CamerasAt(const Eigen::VectorXd& x) const;  // likewise, of all views
 
   // From x = 0 with the strategy of that name and the options' solver.*; where it ended.
   struct Solution {

@@ -74,6 +74,7 @@ std::string TrialLine(const ComparedRound& round, const std::string& name) {
   text << round.trial.energy_initial["total"].get<double>() << " -> "
        << round.trial.energy_final["total"].get<double>();
   if (std::isfinite(round.rmse)) text << ", RMSE " << round.rmse_start << " -> " << round.rmse;
+  if (round.cameras > 0) text << ", cameras moved by " << round.trial.camera_px << " px";
   return text.str();
 }
 
@@ -86,6 +87,7 @@ ComparedRound DescribedRound(const FrozenRound& frozen) {
   round.vertices = static_cast<int>(frozen.context->mesh->vertices.size());
   round.faces = static_cast<int>(frozen.context->mesh->faces.size());
   round.unknowns = frozen.unknowns;
+  round.cameras = frozen.cameras;
   return round;
 }
 
@@ -109,6 +111,7 @@ ComparedRound Solve(const FrozenRound& frozen, const std::string& name, const Us
     row.seconds = used.seconds + record.seconds;
     row.accepted = record.accepted;
     row.energy = row.accepted ? record.energy : rows->back().energy;
+    if (frozen.cameras > 0) row.camera_px = progress.camera_px;
     if (gauge->every_iteration()) {
       row.rmse = moved ? gauge->Of(frozen, *progress.vertices)
                        : (at_start ? round.rmse_start : rows->back().rmse);

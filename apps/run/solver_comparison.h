@@ -58,9 +58,10 @@ struct ComparisonRow {
   int iteration = 0;
   int64_t evaluations = 0;
   double seconds = 0;
-  double energy = 0;           // of the vertices the iteration ended with
-  double rmse = kNotMeasured;  // to the truth, world units
-  bool accepted = true;        // false: the vertices are those of the row before
+  double energy = 0;                // of the vertices the iteration ended with
+  double rmse = kNotMeasured;       // to the truth, world units
+  double camera_px = kNotMeasured;  // where cameras move: by how much (FrozenRound::Progress)
+  bool accepted = true;             // false: the vertices are those of the row before
 };
 
 // What a strategy made of a round.
@@ -72,6 +73,7 @@ struct ComparedRound {
   int vertices = 0;
   int faces = 0;
   int unknowns = 0;
+  int cameras = 0;     // among these
   std::string reason;  // why it has no result; empty when it has one
   RoundTrial trial;    // its vertices are dropped
   double rmse_start = kNotMeasured;

@@ -27,8 +27,10 @@ bool MovesCameras(const CamerasOptions& options, int level, int round, int round
          round < options.joint_rounds && round + 1 < rounds;
 }
 
-std::string StrategyForCameras(const std::string& type) {
-  return type == "lbfgs_sobolev" || type == "lbfgs_h" ? type : "lm_pcg";
+std::string StrategyForCameras(const std::string& type, int unknowns,
+                               const SolverOptions& options) {
+  const Strategy* strategy = FindStrategy(type, unknowns, options);
+  return strategy == nullptr || strategy->moves_cameras ? type : "lm_pcg";
 }
 
 std::vector<CameraPose> PosesOf(const std::vector<LevelView>& views) {

@@ -16,14 +16,15 @@
 #include "core/scene/cameras_options.h"
 #include "core/scene/pyramid.h"
 #include "core/solve/energy_term.h"
+#include "core/solve/solver_strategy.h"
 
 namespace burin {
 
 // `rounds`: of the level.
 bool MovesCameras(const CamerasOptions& options, int level, int round, int rounds);
 
-// The strategy `type` where it can move cameras, else lm_pcg.
-std::string StrategyForCameras(const std::string& type);
+// `type`, or lm_pcg where it cannot move cameras.
+std::string StrategyForCameras(const std::string& type, int unknowns, const SolverOptions& options);
 
 std::vector<CameraPose> PosesOf(const std::vector<LevelView>& views);
 

@@ -24,6 +24,7 @@ struct RoundTrial {
   SolveSummary solve;
   std::vector<Eigen::Vector3d> vertices;  // normalised world; the start when not usable
   std::vector<CameraPose> cameras;        // likewise; empty where cameras do not move
+  double camera_px = 0;                   // by FrozenRound::solve, where they do: see Progress
   nlohmann::json energy_initial;          // by term
   nlohmann::json energy_final;
   int64_t windows_initial = 0;  // of which the energies are sums
@@ -38,6 +39,7 @@ struct FrozenRound {
   int level = 0;
   int round = 0;
   int unknowns = 0;
+  int cameras = 0;  // that are among these
   const RoundContext* context = nullptr;
   // The mesh with these vertices (normalised world, in the round's order), in the world and in the
   // caller's order, as Refine would return it.
@@ -48,12 +50,16 @@ struct FrozenRound {
     IterationRecord record;
     int64_t evaluations = 0;                                 // so far, that of the start included
     const std::vector<Eigen::Vector3d>* vertices = nullptr;  // accepted so far, normalised world
+    // By how many pixels of the level the surface's image moved with the cameras: RMS over the views
+    // (core/refine/camera_rounds.h: TakeCameras).
+    double camera_px = 0;
   };
   using OnProgress = std::function<bool(const Progress&)>;
   // Solves the round with the strategy of that name ("auto" included). `on_progress` may be empty;
   // false stops the trial. Its first call is for the start, its last with an accepted point for what
   // the trial returns: where that is not the strategy's last iteration (Ceres' line searches end
   // without reporting theirs, gradient_descent returns its best), there is one more call for it.
+  // Vertices, of the trial and in its progress, have the world's motion taken out where cameras move; poses do not.
   // Throws InputError when the strategy is unknown or refuses the problem.
   std::function<RoundTrial(const std::string& strategy, const OnProgress& on_progress)> solve;
 };

@@ -223,8 +223,7 @@ std::optional<std::vector<Eigen::Vector3d>> Level::Solve(RefinementState* state,
   const Stopwatch build_watch;
   FreezeTerms(frozen_.get());
   RoundParameters parameters{mesh_.vertices};
-  const bool joint = !task_.parts.solve_round &&
-                     MovesCameras(task_.options.cameras, level_, state->round, Rounds(*state));
+  const bool joint = MovesCameras(task_.options.cameras, level_, state->round, Rounds(*state));
   if (joint) parameters.cameras = PosesOf(views_);
   RoundProblem problem(*frozen_->terms, frozen_->context, &parameters);
   summary->build_seconds = build_watch.Seconds();
@@ -248,11 +247,17 @@ std::optional<std::vector<Eigen::Vector3d>> Level::Solve(RefinementState* state,
     summary->windows_initial = trial.windows_initial;
     summary->windows_final = trial.windows_final;
     summary->solve_seconds = trial.seconds;
+    if (trial.cameras.size() == views_.size() && summary->solve.usable) {
+      moved_cameras_ = state->summary.cameras;
+      std::vector<Eigen::Vector3d> seen = mesh_.vertices;  // those of the trial have it taken out
+      summary->camera_px = TakeWorld(*state, trial.cameras, &seen, &moved_cameras_);
+    }
     return std::move(trial.vertices);
   }
   const Stopwatch solve_watch;
-  const Strategy& strategy = StrategyFor(joint ? StrategyForCameras(solver_.type) : solver_.type,
-                                         problem.Unknowns(), solver_);
+  const Strategy& strategy = StrategyFor(
+      joint ? StrategyForCameras(solver_.type, problem.Unknowns(), solver_) : solver_.type,
+      problem.Unknowns(), solver_);
   summary->energy_initial = problem.EnergyByTerm();
   summary->windows_initial = windows_;
   summary->solve = strategy.solve(problem.task, solver_);
@@ -262,36 +267,10 @@ std::optional<std::vector<Eigen::Vector3d>> Level::Solve(RefinementState* state,
   summary->solve_seconds = solve_watch.Seconds();
   if (joint && summary->solve.usable) {
     moved_cameras_ = state->summary.cameras;
-    summary->camera_px = TakeCameras(frozen_->context, state->summary.first_cameras, task_.world,
-                                     parameters.cameras, &parameters.vertices, &moved_cameras_);
+    summary->camera_px =
+        TakeWorld(*state, parameters.cameras, &parameters.vertices, &moved_cameras_);
   }
   return std::move(parameters.vertices);
-}
-
-RoundTrial Level::SolveByPart(const RefinementState& state, RefinementProgress* progress,
-                              RoundProblem* problem) {
-  const int unknowns = problem->Unknowns();
-  FrozenRound round;
-  round.level = level_;
-  round.round = state.round;
-  round.unknowns = unknowns;
-  round.context = &frozen_->context;
-  round.world_mesh = [&](const std::vector<Eigen::Vector3d>& now) {
-    TriangleMesh moved = state.mesh;
-    RestoreVertices({now, {}}, state.order, &moved);
-    return task_.world.ToWorld(std::move(moved));
-  };
-  round.solve = [&](const std::string& name, const FrozenRound::OnProgress& on_progress) {
-    FrozenRound::OnProgress both = on_progress;
-    if (task_.observers.on_iteration) {
-      both = [&](const FrozenRound::Progress& trial) {
-        const bool goes_on = !on_progress || on_progress(trial);
-        return Report(trial.record, state.round, progress) && goes_on;
-      };
-    }
-    return problem->Try(StrategyFor(name, unknowns, solver_), solver_, mesh_.vertices, both);
-  };
-  return task_.parts.solve_round(round);
 }
 
 bool Level::Report(const IterationRecord& record, int round, RefinementProgress* progress) const {

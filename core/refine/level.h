@@ -84,6 +84,10 @@ class Level {
                          RoundProblem* problem);
   // Tells the observer; false when the run is to stop.
   bool Report(const IterationRecord& record, int round, RefinementProgress* progress) const;
+  // Takes the world's motion from solved poses and vertices, and returns by how many pixels the cameras moved
+  // (core/refine/camera_rounds.h).
+  double TakeWorld(const RefinementState& state, const std::vector<CameraPose>& poses,
+                   std::vector<Eigen::Vector3d>* vertices, std::vector<Camera>* cameras) const;
   // The views with these cameras of the caller's world.
   void SeeThrough(const std::vector<Camera>& cameras);
   // Lets the judge look at the level, and undoes it when it says so.

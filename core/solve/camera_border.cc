@@ -2,6 +2,7 @@
 
 #include <glog/logging.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "core/support/median.h"
@@ -14,6 +15,20 @@ constexpr int kVertexGrain = 4096;
 constexpr int kMotion = CameraCoupling::kMotion;
 
 }  // namespace
+
+std::vector<Eigen::VectorXd> MedianDiagonals(std::vector<Eigen::VectorXd> diagonals) {
+  std::vector<double> like[4];
+  for (const Eigen::VectorXd& own : diagonals) {
+    if (own.size() != kMotion) continue;
+    for (int u = 0; u < 3; ++u) like[u].push_back(own[u]);
+    like[3].push_back(own.tail<3>().mean());
+  }
+  for (Eigen::VectorXd& own : diagonals) {
+    if (own.size() != kMotion) continue;
+    for (int u = 0; u < kMotion; ++u) own[u] = Median(like[std::min(u, 3)]);
+  }
+  return diagonals;
+}
 
 void CameraBorder::Begin(const std::vector<Column>& columns, int camera_count,
                          std::vector<int> first_row) {
@@ -61,21 +76,16 @@ void CameraBorder::ListVertices() {
 }
 
 Eigen::VectorXd CameraBorder::MedianDiagonal() const {
-  Eigen::VectorXd diagonal = curvature_.diagonal();
-  std::vector<double> like[kMotion];
+  std::vector<Eigen::VectorXd> diagonals;
   for (const Column& column : columns_) {
-    if (column.unknowns != kMotion) continue;
-    const Eigen::Matrix<double, kMotion, 1> own = diagonal.segment<kMotion>(column.first);
-    for (int u = 0; u < 3; ++u) like[u].push_back(own[u]);
-    like[3].push_back(own.tail<3>().mean());
+    diagonals.emplace_back(curvature_.diagonal().segment(column.first, column.unknowns));
   }
-  Eigen::Matrix<double, kMotion, 1> medians = Eigen::Matrix<double, kMotion, 1>::Zero();
-  for (int u = 0; u < 4; ++u) medians[u] = like[u].empty() ? 0 : Median(like[u]);
-  medians.tail<2>().setConstant(medians[3]);
-  for (const Column& column : columns_) {
-    if (column.unknowns == kMotion) diagonal.segment<kMotion>(column.first) = medians;
+  const std::vector<Eigen::VectorXd> medians = MedianDiagonals(std::move(diagonals));
+  Eigen::VectorXd all(unknowns());
+  for (size_t k = 0; k < columns_.size(); ++k) {
+    all.segment(columns_[k].first, columns_[k].unknowns) = medians[k];
   }
-  return diagonal;
+  return all;
 }
 
 Eigen::VectorXd CameraBorder::ToMotions(const Eigen::VectorXd& z) const {
@@ -98,7 +108,6 @@ Eigen::VectorXd CameraBorder::FromMotions(const Eigen::VectorXd& motions) const 
 
 Eigen::VectorXd CameraBorder::TransposedTimes(const Eigen::VectorXd& x) const {
   if (coupling_ == nullptr) return Eigen::VectorXd::Zero(unknowns());
-  const Adjacency& cameras = coupling_->cameras;
   const int rows = coupling_->rows;
   const auto count = static_cast<int>(first_row_.size());
   // Of fixed ranges of vertices, added in their order.
@@ -107,19 +116,14 @@ Eigen::VectorXd CameraBorder::TransposedTimes(const Eigen::VectorXd& x) const {
   coupling_->ForBlocks([&](const auto* values) {
     ParallelFor(count, kVertexGrain, [&](int begin, int end) {
       double* sum = sums.col(begin / kVertexGrain).data();
-      for (int v = begin; v < end; ++v) {
-        if (first_row_[v] < 0) continue;
-        for (int place = cameras.start[v]; place < cameras.start[v + 1]; ++place) {
-          const int column = column_of_[cameras.index[place]];
-          if (column < 0) continue;
-          const auto* block = values + static_cast<size_t>(place) * rows * kMotion;
-          double* motion = sum + static_cast<ptrdiff_t>(column) * kMotion;
-          for (int row = 0; row < rows; ++row) {
-            const double along = x[first_row_[v] + row];
-            for (int u = 0; u < kMotion; ++u) motion[u] += along * block[row * kMotion + u];
-          }
+      ForPlaces(begin, end, [&](int first_row, int column, int place) {
+        const auto* block = values + static_cast<size_t>(place) * rows * kMotion;
+        double* motion = sum + static_cast<ptrdiff_t>(column) * kMotion;
+        for (int row = 0; row < rows; ++row) {
+          const double along = x[first_row + row];
+          for (int u = 0; u < kMotion; ++u) motion[u] += along * block[row * kMotion + u];
         }
-      }
+      });
     });
   });
   return FromMotions(sums.rowwise().sum());
@@ -128,24 +132,18 @@ Eigen::VectorXd CameraBorder::TransposedTimes(const Eigen::VectorXd& x) const {
 void CameraBorder::AddTimes(const Eigen::VectorXd& z, Eigen::VectorXd* x) const {
   if (coupling_ == nullptr) return;
   const Eigen::VectorXd motions = ToMotions(z);
-  const Adjacency& cameras = coupling_->cameras;
   const int rows = coupling_->rows;
   coupling_->ForBlocks([&](const auto* values) {
     ParallelFor(static_cast<int>(first_row_.size()), kVertexGrain, [&](int begin, int end) {
-      for (int v = begin; v < end; ++v) {
-        if (first_row_[v] < 0) continue;
-        for (int place = cameras.start[v]; place < cameras.start[v + 1]; ++place) {
-          const int column = column_of_[cameras.index[place]];
-          if (column < 0) continue;
-          const auto* block = values + static_cast<size_t>(place) * rows * kMotion;
-          const double* motion = motions.data() + static_cast<ptrdiff_t>(column) * kMotion;
-          for (int row = 0; row < rows; ++row) {
-            double sum = 0;
-            for (int u = 0; u < kMotion; ++u) sum += block[row * kMotion + u] * motion[u];
-            (*x)[first_row_[v] + row] += sum;
-          }
+      ForPlaces(begin, end, [&](int first_row, int column, int place) {
+        const auto* block = values + static_cast<size_t>(place) * rows * kMotion;
+        const double* motion = motions.data() + static_cast<ptrdiff_t>(column) * kMotion;
+        for (int row = 0; row < rows; ++row) {
+          double sum = 0;
+          for (int u = 0; u < kMotion; ++u) sum += block[row * kMotion + u] * motion[u];
+          (*x)[first_row + row] += sum;
         }
-      }
+      });
     });
   });
 }

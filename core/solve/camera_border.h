@@ -27,6 +27,11 @@
 
 namespace burin {
 
+// Of each unknown of each camera, given what its diagonal has, the median over the cameras of its like: units in which
+// cameras are alike whatever their pixels. The three of a centre have one: their axes are the world's. A camera that
+// moves in another number of unknowns keeps its own.
+std::vector<Eigen::VectorXd> MedianDiagonals(std::vector<Eigen::VectorXd> diagonals);
+
 class CameraBorder {
  public:
   struct Column {
@@ -42,8 +47,7 @@ class CameraBorder {
   int unknowns() const { return static_cast<int>(curvature_.rows()); }
   const std::vector<Column>& columns() const { return columns_; }
 
-  // Of each unknown the median over the cameras of its like on K's diagonal, so in units in which cameras are alike
-  // whatever their pixels. The three of a centre have one: their axes are the world's.
+  // MedianDiagonals of K.
   Eigen::VectorXd MedianDiagonal() const;
 
   // K, to be added to.
@@ -52,6 +56,17 @@ class CameraBorder {
   // C at the current poses, null = 0; plus[k] is how column k's pose moves with its unknowns (7 x unknowns, row-major).
   // `coupling` is kept.
   void SetCoupling(const CameraCoupling* coupling, const std::vector<const double*>& plus);
+
+  // visit(row, unknown, block): the blocks of C that are not zero, each at its first row of A and unknown of the border, by
+  // vertices and then by cameras.
+  template <typename Visit>
+  void ForCoupling(const Visit& visit) const {
+    if (coupling_ == nullptr) return;
+    ForPlaces(0, static_cast<int>(first_row_.size()), [&](int row, int column, int place) {
+      visit(row, columns_[column].first,
+            Eigen::MatrixXd(coupling_->Block(place) * motions_[column]));
+    });
+  }
 
   // y = H x of the rows of A followed by the border's; y has A's rows done already.
   void Multiply(const Eigen::VectorXd& x, Eigen::VectorXd* y) const;
@@ -68,6 +83,19 @@ class CameraBorder {
 
  private:
   using Motions = Eigen::Matrix<double, CameraCoupling::kMotion, Eigen::Dynamic>;
+  // visit(first row of A, column, place of the coupling): the blocks of the vertices [begin, end) that move with cameras
+  // that move, in their order.
+  template <typename Visit>
+  void ForPlaces(int begin, int end, const Visit& visit) const {
+    const Adjacency& cameras = coupling_->cameras;
+    for (int v = begin; v < end; ++v) {
+      if (first_row_[v] < 0) continue;
+      for (int place = cameras.start[v]; place < cameras.start[v + 1]; ++place) {
+        const int column = column_of_[cameras.index[place]];
+        if (column >= 0) visit(first_row_[v], column, place);
+      }
+    }
+  }
   // Vertices of each camera, in their order.
   void ListVertices();
   // The border's unknowns as motions of all cameras, and back.

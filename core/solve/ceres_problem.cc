@@ -9,7 +9,8 @@ constexpr int kCostGrain = 4096;
 
 }  // namespace
 
-CeresProblem::CeresProblem(const RoundEnergy& energy, ceres::EvaluationCallback* callback) {
+CeresProblem::CeresProblem(const RoundEnergy& energy, ceres::EvaluationCallback* callback)
+    : energy_(energy) {
   ceres::Problem::Options options;
   options.evaluation_callback = callback;
   options.disable_all_safety_checks = true;
@@ -36,6 +37,8 @@ CeresProblem::CeresProblem(const RoundEnergy& energy, ceres::EvaluationCallback*
     blocks_.emplace_back(part.term, std::move(ids));
   }
   for (const int p : energy.Used()) {
+    // Cost functions may be cut otherwise than blocks, and have fewer parameters.
+    if (!problem_->HasParameterBlock(energy.Values(p))) continue;
     if (energy.IsConstant(p)) {
       problem_->SetParameterBlockConstant(energy.Values(p));
     } else if (energy.ManifoldOf(p) != nullptr) {
@@ -49,6 +52,14 @@ CeresProblem::~CeresProblem() {
   ParallelFor(static_cast<int>(costs_.size()), kCostGrain, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) costs_[k].reset();
   });
+}
+
+void CeresProblem::MoveCamerasIn(const CameraUnits& units) {
+  for (int camera = 0; camera < energy_.CameraCount(); ++camera) {
+    double* values = energy_.Values(energy_.FirstCamera() + camera);
+    if (units.Of(camera) == nullptr || !problem_->HasParameterBlock(values)) continue;
+    problem_->SetManifold(values, units.Of(camera));
+  }
 }
 
 std::vector<ceres::ResidualBlockId> CeresProblem::ResidualBlocks(

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/solve/camera_units.h"
 #include "core/solve/round_energy.h"
 
 namespace burin {
@@ -24,6 +25,9 @@ class CeresProblem {
   CeresProblem(const CeresProblem&) = delete;
   CeresProblem& operator=(const CeresProblem&) = delete;
 
+  // Cameras move in these units instead of those of the energy's manifolds. `units` outlives this.
+  void MoveCamerasIn(const CameraUnits& units);
+
   ceres::Problem* get() const { return problem_.get(); }
   ceres::Problem* operator->() const { return problem_.get(); }
   // Of the terms that `wanted` takes.
@@ -31,6 +35,7 @@ class CeresProblem {
       const std::function<bool(const std::string& term)>& wanted) const;
 
  private:
+  const RoundEnergy& energy_;
   std::vector<std::unique_ptr<ceres::CostFunction>> costs_;
   std::vector<std::pair<std::string, std::vector<ceres::ResidualBlockId>>> blocks_;  // by part
   std::unique_ptr<ceres::Problem> problem_;

@@ -39,6 +39,11 @@ struct ConjugateGradientOptions {
   double tolerance = 0.05;
 };
 
+// Steps with cameras: along the valleys in which surface and cameras move together conjugate gradients are slow. At least
+// so many iterations, and at most this tolerance.
+constexpr int kJointIterations = 100;
+constexpr double kJointTolerance = 0.01;
+
 // product = (A + D) x; z = M^-1 r
 using LinearMap = std::function<void(const Eigen::VectorXd& from, Eigen::VectorXd* to)>;
 

@@ -63,6 +63,9 @@ class NormalEquations {
   CameraBorder* mutable_border() { return &border_; }
   // y = (H + D) x with the cameras, D diagonal; `damping` may be empty for D = 0.
   void Multiply(const Eigen::VectorXd& x, const Eigen::VectorXd& damping, Eigen::VectorXd* y) const;
+  // H with the cameras' rows and columns, in other unknowns x of these: those of the equations change by of_cameras[k] dx for
+  // the k-th camera that moves.
+  SymmetricMatrix WholeMatrix(const std::vector<Eigen::MatrixXd>& of_cameras) const;
   // H's whole diagonal.
   Eigen::VectorXd Diagonal() const;
 

@@ -1,5 +1,6 @@
 // What NormalEquations does for cameras.
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 #include "core/solve/normal_equations.h"
@@ -72,6 +73,54 @@ void NormalEquations::Multiply(const Eigen::VectorXd& x, const Eigen::VectorXd& 
   y->head(matrix_.size) = of_rows;
   border_.Multiply(x, y);
   if (damping.size() > 0) *y += damping.cwiseProduct(x);
+}
+
+SymmetricMatrix NormalEquations::WholeMatrix(const std::vector<Eigen::MatrixXd>& of_cameras) const {
+  if (border_.empty()) return matrix_;
+  Eigen::MatrixXd change = Eigen::MatrixXd::Zero(border_.unknowns(), border_.unknowns());
+  for (size_t k = 0; k < of_cameras.size(); ++k) {
+    const int first = border_.columns()[k].first;
+    change.block(first, first, of_cameras[k].rows(), of_cameras[k].cols()) = of_cameras[k];
+  }
+  struct Entry {
+    int column;
+    double value;
+  };
+  std::vector<std::vector<Entry>> beside(matrix_.size);  // what the rows of A have of C
+  std::vector<std::vector<Entry>> below(border_.unknowns());
+  border_.ForCoupling([&](int row, int unknown, const Eigen::MatrixXd& block) {
+    const Eigen::MatrixXd own = block * change.block(unknown, unknown, block.cols(), block.cols());
+    for (int i = 0; i < own.rows(); ++i) {
+      for (int j = 0; j < own.cols(); ++j) {
+        beside[row + i].push_back({matrix_.size + unknown + j, own(i, j)});
+        below[unknown + j].push_back({row + i, own(i, j)});
+      }
+    }
+  });
+  const Eigen::MatrixXd corner = change.transpose() * border_.curvature() * change;
+  SymmetricMatrix whole;
+  whole.size = unknowns_;
+  whole.start.push_back(0);
+  const auto add = [&](int column, double value) {
+    whole.column.push_back(column);
+    whole.value.push_back(value);
+  };
+  for (int i = 0; i < unknowns_; ++i) {
+    const int u = i - matrix_.size;  // of the border
+    if (u < 0) {
+      whole.diagonal.push_back(whole.start.back() + matrix_.diagonal[i] - matrix_.start[i]);
+      for (int64_t k = matrix_.start[i]; k < matrix_.start[i + 1]; ++k) {
+        add(matrix_.column[k], matrix_.value[k]);
+      }
+      for (const Entry& entry : beside[i]) add(entry.column, entry.value);
+    } else {
+      for (const Entry& entry : below[u]) add(entry.column, entry.value);
+      whole.diagonal.push_back(static_cast<int64_t>(whole.column.size()) + u);
+      for (int j = 0; j < border_.unknowns(); ++j) add(matrix_.size + j, corner(u, j));
+    }
+    whole.start.push_back(static_cast<int64_t>(whole.column.size()));
+  }
+  return whole;
 }
 
 Eigen::VectorXd NormalEquations::Diagonal() const {

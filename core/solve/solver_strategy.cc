@@ -27,7 +27,7 @@ void SolverOptions::Describe(OptionSet* set) {
   set->Add("solver.initial_trust_radius", &initial_trust_radius,
            "Initial trust-region radius in Ceres' scaling (lm_*, dogleg, lbfgs_h)", 1e-12, 1e32);
   set->Add("solver.camera_damping", &camera_damping,
-           "Damping of cameras that move, a share of their median curvature (lm_pcg)", 0, 1e6);
+           "Damping of cameras that move, a share of their median curvature (all but lbfgs_*)", 0, 1e6);
   set->Add("solver.sobolev_length", &sobolev_length,
            "Length over which lbfgs_sobolev smooths gradients, edges of the mesh", 0, 1000);
   set->Add("solver.gradient_step_px", &gradient_step_px,
@@ -41,7 +41,7 @@ namespace {
 std::vector<Strategy>& Table() {
   static auto* table = new std::vector<Strategy>{
 #define BURIN_STRATEGY(name, function, max_unknowns, description) \
-  {name, description, max_unknowns, function},
+  {name, description, max_unknowns, function, /*moves_cameras=*/true},
 #include "core/solve/strategies.inc"
 #undef BURIN_STRATEGY
   };

@@ -29,8 +29,9 @@ struct SolverOptions {
   int cg_max_iterations = 30;  // of CGNR and PCG, per LM step
   double cg_tolerance = 0.05;  // of CGNR and PCG: eta of the truncated Newton step
   double initial_trust_radius = 1e4;
-  // lm_pcg with moving cameras: what is added to the diagonal of each of a camera's unknowns, as a share of the median
-  // over the cameras. Holds views along motions that the photographs hardly tell from each other.
+  // Cameras that move: what is added to the diagonal of each of their unknowns, as a share of the median over the
+  // cameras; in steps of lm_pcg, and in the units (core/solve/camera_units.h) of Ceres' minimisers and
+  // gradient_descent. Holds views along motions that the photographs hardly tell from each other.
   double camera_damping = 0.003;
   double sobolev_length = 4;       // lbfgs_sobolev, edges
   double gradient_step_px = 0.25;  // gradient_descent
@@ -43,7 +44,8 @@ struct IterationRecord {
   int iteration = 0;
   double energy = 0;        // of all terms, whatever the strategy minimises
   double gradient_max = 0;  // largest component, per pixel footprint
-  double step_norm = 0;     // pixel footprints, Euclidean norm over all vertices
+  // Pixel footprints, Euclidean norm over all vertices, and cameras that move in units as stiff as vertices.
+  double step_norm = 0;
   bool accepted = true;
   int linear_iterations = 0;
   double seconds = 0;  // since the start of the solve
@@ -81,6 +83,7 @@ struct Strategy {
   int max_unknowns = 0;     // 0 = no limit
   // Everything of the summary but `strategy`, which Refine fills in.
   SolveSummary (*solve)(const SolveTask& task, const SolverOptions& options);
+  bool moves_cameras = false;  // takes rounds with RoundParameters::cameras; all of burin's own do
 };
 
 const std::vector<Strategy>& Strategies();

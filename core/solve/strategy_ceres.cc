@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/solve/ceres_problem.h"
+#include "core/solve/conjugate_gradients.h"
 #include "core/solve/strategies.h"
 
 namespace burin {
@@ -50,12 +52,18 @@ ceres::Solver::Options CommonOptions(const SolverOptions& options) {
   return ceres_options;
 }
 
-SolveSummary RunCeres(const SolveTask& task, ceres::Solver::Options options, double min_step = 0) {
+SolveSummary RunCeres(const SolveTask& task, const SolverOptions& solver,
+                      ceres::Solver::Options options, double min_step = 0) {
   IterationForwarder forwarder(task, min_step);
   options.callbacks.push_back(&forwarder);
   options.update_state_every_iteration = task.follow_vertices;
   ceres::Solver::Summary ceres_summary;
-  const CeresProblem problem(*task.energy, task.evaluation_callback);
+  std::optional<CameraUnits> units;  // outlive the problem
+  CeresProblem problem(*task.energy, task.evaluation_callback);
+  if (task.energy->CameraCount() > 0) {
+    units.emplace(*task.energy, task.evaluation_callback, solver.camera_damping);
+    problem.MoveCamerasIn(*units);
+  }
   ceres::Solve(options, problem.get(), &ceres_summary);
   SolveSummary summary;
   summary.usable = ceres_summary.IsSolutionUsable();
@@ -74,7 +82,7 @@ SolveSummary LineSearch(const SolveTask& task, const SolverOptions& options,
   ceres_options.minimizer_type = ceres::LINE_SEARCH;
   ceres_options.line_search_direction_type = direction;
   ceres_options.line_search_type = search;
-  return RunCeres(task, ceres_options);
+  return RunCeres(task, options, ceres_options);
 }
 
 SolveSummary TrustRegion(const SolveTask& task, const SolverOptions& options,
@@ -87,10 +95,14 @@ SolveSummary TrustRegion(const SolveTask& task, const SolverOptions& options,
   ceres_options.preconditioner_type = ceres::JACOBI;
   ceres_options.trust_region_strategy_type = strategy;
   ceres_options.initial_trust_region_radius = options.initial_trust_radius;
-  ceres_options.max_linear_solver_iterations = options.cg_max_iterations;
-  ceres_options.eta = options.cg_tolerance;
+  const bool joint = task.energy->CameraCount() > 0;
+  ceres_options.max_linear_solver_iterations =
+      joint ? std::max(options.cg_max_iterations, kJointIterations) : options.cg_max_iterations;
+  ceres_options.eta =
+      joint ? std::min(options.cg_tolerance, kJointTolerance) : options.cg_tolerance;
   const auto moving = static_cast<double>(task.energy->Moving().size());
-  return RunCeres(task, ceres_options, options.min_step_px * task.pixel * std::sqrt(moving));
+  return RunCeres(task, options, ceres_options,
+                  options.min_step_px * task.pixel * std::sqrt(moving));
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // The paper's minimiser: gradient steps of one length and umbrella steps.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,29 +10,55 @@
 #include "core/support/stopwatch.h"
 
 namespace burin {
+namespace {
+
+constexpr double kCameraShare = 0.25;  // of a Newton step
+
+}  // namespace
 
 // The paper's minimiser: V <- V - step * dE_photo/dV, then V <- V + umbrella_step * (neighbours'
 // mean - V). The step is fixed for the round so that the 99th percentile of the first move is
 // gradient_step_px footprints. Smoothness residuals of the problem are not used: the umbrella step
 // stands for them; records have their energy in, to be compared with those of other strategies.
+//
+// A camera that moves takes a quarter of the Newton step by its own curvature, that of the round's start
+// (core/solve/camera_units.h): the curvature of surface and cameras together is at most twice that of both alone, and of all cameras,
+// a sum over pairs, at most twice that of each alone.
 SolveSummary SolveGradientDescent(const SolveTask& task, const SolverOptions& options) {
   const Stopwatch watch;
-  const CeresProblem problem(*task.energy, task.evaluation_callback);
+  std::optional<CameraUnits> units;  // outlive the problem
+  CeresProblem problem(*task.energy, task.evaluation_callback);
   std::vector<Eigen::Vector3d>& vertices = *task.vertices;
+  std::vector<CameraPose>& cameras = task.energy->parameters().cameras;
   ceres::Problem::EvaluateOptions evaluate;
   evaluate.residual_blocks =
       problem.ResidualBlocks([](const std::string& term) { return term != "smoothness"; });
   std::vector<int> moving;
+  std::vector<int> moving_cameras;
   for (const int parameter : task.energy->Moving()) {
-    if (parameter >= static_cast<int>(vertices.size())) continue;  // a term's own
-    moving.push_back(parameter);
-    evaluate.parameter_blocks.push_back(task.energy->Values(parameter));
+    double* values = task.energy->Values(parameter);
+    if (!problem->HasParameterBlock(values)) continue;
+    if (task.energy->IsCamera(parameter)) {
+      moving_cameras.push_back(parameter - task.energy->FirstCamera());
+    } else if (parameter < static_cast<int>(vertices.size())) {
+      moving.push_back(parameter);
+    } else {
+      continue;  // a term's own
+    }
+    evaluate.parameter_blocks.push_back(values);
+  }
+  int camera_unknowns = 0;
+  if (!moving_cameras.empty()) {
+    units.emplace(*task.energy, task.evaluation_callback, options.camera_damping);
+    problem.MoveCamerasIn(*units);
+    for (const int c : moving_cameras) camera_unknowns += units->Of(c)->TangentSize();
   }
   const bool along_normal = task.context->motion == Motion::kNormal;
   SolveSummary summary;
-  summary.unknowns = static_cast<int>(moving.size()) * (along_normal ? 1 : 3);
+  summary.unknowns = static_cast<int>(moving.size()) * (along_normal ? 1 : 3) + camera_unknowns;
   summary.termination = "Maximum number of iterations reached.";
   std::vector<Eigen::Vector3d> best = vertices;
+  std::vector<CameraPose> best_cameras = cameras;
   double step = 0;
   std::vector<double> gradient;
   for (int iteration = 0;; ++iteration) {
@@ -45,6 +72,7 @@ SolveSummary SolveGradientDescent(const SolveTask& task, const SolverOptions& op
     if (iteration == 0 || energy < summary.final_energy) {
       summary.final_energy = energy;
       best = vertices;
+      best_cameras = cameras;
     }
     summary.usable = true;
     summary.iterations = iteration;
@@ -77,6 +105,16 @@ SolveSummary SolveGradientDescent(const SolveTask& task, const SolverOptions& op
         vertices[v] -= step * Eigen::Map<const Eigen::Vector3d>(&gradient[3 * m]);
       }
     }
+    const double* of_camera = gradient.data() + moving.size() * (along_normal ? 1 : 3);
+    for (const int c : moving_cameras) {
+      const ceres::Manifold& motion = *units->Of(c);
+      const Eigen::VectorXd move =
+          -kCameraShare / units->curvature() *
+          Eigen::Map<const Eigen::VectorXd>(of_camera, motion.TangentSize());
+      const CameraPose from = cameras[c];
+      motion.Plus(from.data(), move.data(), cameras[c].data());
+      of_camera += motion.TangentSize();
+    }
     const std::vector<Eigen::Vector3d> before = vertices;
     const Adjacency& neighbors = task.context->neighbors;
     for (int v : moving) {
@@ -90,7 +128,8 @@ SolveSummary SolveGradientDescent(const SolveTask& task, const SolverOptions& op
       vertices[v] += move;
     }
   }
-  vertices = best;
+  std::copy(best.begin(), best.end(), vertices.begin());  // the addresses are the problem's
+  std::copy(best_cameras.begin(), best_cameras.end(), cameras.begin());
   return summary;
 }
 

@@ -29,9 +29,6 @@ constexpr double kMinRho = 1e-3;
 constexpr double kMaxRadius = 1e16;
 constexpr double kMinRadius = 1e-32;
 constexpr double kGradientTolerance = 1e-10;
-// Steps with cameras: along the valleys in which surface and cameras move together conjugate gradients are slow.
-constexpr int kJointIterations = 100;
-constexpr double kJointTolerance = 0.01;
 constexpr int kSchurTries = 6;
 
 class LmPcg {
@@ -51,7 +48,10 @@ class LmPcg {
   double ComputeStep();
   void SolveSurface(const Eigen::VectorXd& damping);
   void SolveJoint(Eigen::VectorXd damping);
-  // RMS displacement of the vertices in pixels of the level.
+  // Euclidean norm of step_, a camera's part in the unit in which its curvature is the mean of the vertices' (as
+  // core/solve/camera_units.h).
+  double StepNorm() const;
+  // The same as RMS over the vertices, in pixels of the level.
   double StepPixels() const;
   // Back to the last accepted point.
   bool Return(const NormalEquations::State& state);
@@ -126,10 +126,21 @@ void LmPcg::SolveJoint(Eigen::VectorXd damping) {
       -gradient_, cg, &step_);
 }
 
+double LmPcg::StepNorm() const {
+  const Eigen::VectorXd of_surface = step_.head(equations_.matrix().size);
+  double squares = Dot(of_surface, of_surface);
+  if (!equations_.border().empty()) {
+    const Eigen::VectorXd of_cameras = step_.tail(equations_.border().unknowns());
+    const double mean = equations_.matrix().Diagonal().mean();
+    const double energy = of_cameras.dot(equations_.border().curvature() * of_cameras);
+    if (mean > 0) squares += energy / mean;
+  }
+  return std::sqrt(squares);
+}
+
 double LmPcg::StepPixels() const {
   const double moving = std::max<double>(1, static_cast<double>(first_.size()) - 1);
-  const Eigen::VectorXd of_surface = step_.head(equations_.matrix().size);
-  return std::sqrt(Dot(of_surface, of_surface) / moving) / task_.pixel;
+  return StepNorm() / (std::sqrt(moving) * task_.pixel);
 }
 
 bool LmPcg::Return(const NormalEquations::State& state) {
@@ -146,7 +157,7 @@ bool LmPcg::Report(int iteration, bool accepted) {
   record.iteration = iteration;
   record.energy = cost_;
   record.gradient_max = gradient_.lpNorm<Eigen::Infinity>();
-  record.step_norm = step_.size() > 0 ? std::sqrt(Dot(step_, step_)) : 0;
+  record.step_norm = step_.size() > 0 ? StepNorm() : 0;
   record.accepted = accepted;
   record.linear_iterations = linear_iterations_;
   record.seconds = watch_.Seconds();
