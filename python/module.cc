@@ -181,12 +181,15 @@ py::dict RefineMesh(const Scene& scene, const py::array& vertices, const py::arr
   out["quality"] = quality;
   std::vector<Eigen::Matrix3d> rotations;
   std::vector<Eigen::Vector3d> translations;
+  std::vector<Eigen::Matrix3d> intrinsics;
   for (const Camera& camera : result.refinement.cameras) {
+    intrinsics.push_back(IntrinsicsOf(camera));
     rotations.push_back(camera.rotation);
     translations.push_back(camera.translation);
   }
   py::dict cameras;
   cameras["names"] = NamesOf(judged.Used(scene));
+  cameras["intrinsics"] = Array(intrinsics);
   cameras["rotations"] = Array(rotations);
   cameras["translations"] = Array(translations);
   out["cameras"] = cameras;

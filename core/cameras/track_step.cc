@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 
+#include "core/cameras/lens_change.h"
 #include "core/cameras/pose_uncertainty.h"
 #include "core/scene/camera_similarity.h"
 #include "core/support/median.h"
@@ -40,9 +41,10 @@ bool IsHeld(const Bundle& bundle, size_t view) {
 
 // Moves the world of step->bundle.cameras to where the surface's image is nearest to that of the cameras given, and
 // measures what is left. Views that are far off others do not hold it.
-bool HoldFrame(const std::vector<Camera>& given,
+bool HoldFrame(const Scene& scene, const std::vector<Camera>& given,
                const std::vector<std::vector<Eigen::Vector3d>>& surface, TrackStep* step) {
-  const std::vector<std::vector<Sighting>> sightings = SightingsOf(given, surface);
+  const std::vector<std::vector<Sighting>> sightings =
+      SightingsThrough(scene, surface, step->bundle.cameras, step->bundle.lenses);
   std::vector<std::vector<Sighting>> holding = sightings;
   std::vector<Camera>& cameras = step->bundle.cameras;
   for (size_t v = 0; v < cameras.size(); ++v) {
@@ -79,25 +81,38 @@ bool HoldFrame(const std::vector<Camera>& given,
 }  // namespace
 
 TrackStep RefineByTracks(const Scene& scene, const TriangleMesh& mesh,
-                         const std::vector<CameraPair>& pairs, TrackRule rule) {
+                         const std::vector<CameraPair>& pairs, TrackRule rule,
+                         IntrinsicUnknowns unknowns) {
   const Stopwatch watch;
   TrackStep step;
   const std::vector<Camera> given = CamerasOf(scene);
   step.cameras = given;
   const std::vector<std::vector<Eigen::Vector3d>> surface = SeenPoints(mesh, scene.views);
+  std::vector<Lens> lenses;
+  for (const View& view : scene.views) lenses.push_back(view.origin.lens);
+  Scene photographs = scene;
   Scene now = scene;
   MeshTracks tracks;
+  MeshTracks tracks_given;  // in the images given
   for (size_t round = 0; round < std::size(kSidePx); ++round) {
     tracks = FindMeshTracks(now, mesh, pairs, kSidePx[round]);
-    step.bundle = AdjustBundle(now, tracks);
-    if (step.bundle.tracks == 0) break;
-    if (!HoldFrame(given, surface, &step)) return step;
-    now = WithCameras(scene, step.bundle.cameras);
+    step.bundle = AdjustBundle(now, tracks, unknowns);
+    const Bundle& bundle = step.bundle;
+    if (FoldsEarlier(scene, bundle.cameras, bundle.lenses)) {
+      step.reason = "a lens would fold back inside its picture";
+      return step;
+    }
+    tracks_given = SeenThrough(tracks, now, given, bundle.lenses.empty() ? bundle.lenses : lenses);
+    tracks = SeenThrough(tracks, now, bundle.cameras, bundle.lenses);
+    if (bundle.tracks == 0) break;
+    if (!HoldFrame(scene, given, surface, &step)) return step;
+    photographs = WithIntrinsics(scene, bundle.cameras, bundle.lenses);
+    now = WithCameras(photographs, bundle.cameras);
   }
   step.deviation_px =
       PoseDeviations(step.bundle.cameras, tracks, step.bundle.sigma, kFinestLossPx, surface);
   step.deviation_rms_px = RootMeanSquare(step.deviation_px);
-  step.agreement = CompareKeptOut(tracks, given, step.bundle.cameras);
+  step.agreement = CompareKeptOut(tracks_given, given, tracks, step.bundle.cameras);
   const bool better = rule == TrackRule::kBetter;
   if (!step.agreement.Known()) {
     step.reason = "too few windows match through the mesh";
@@ -113,6 +128,9 @@ TrackStep RefineByTracks(const Scene& scene, const TriangleMesh& mesh,
   } else {
     step.kept = true;
     step.cameras = step.bundle.cameras;
+    if (!step.bundle.lenses.empty()) {
+      step.seen = std::make_shared<const Scene>(std::move(photographs));
+    }
   }
   step.seconds = watch.Seconds();
   return step;

@@ -11,6 +11,7 @@
 // the same way.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -33,7 +34,10 @@ struct TrackStep {
       cameras;         // of the scene's views, in its frame; those given where they are kept
   bool kept = false;   // the new ones
   std::string reason;  // why not
-  Bundle bundle;       // the last round's; its cameras are the new ones in any case
+  // The scene given with the intrinsics of `cameras`, its photographs undistorted again where these have a lens (core/cameras/lens_change.h);
+  // null: as given.
+  std::shared_ptr<const Scene> seen;
+  Bundle bundle;  // the last round's; its cameras are the new ones in any case
   TrackAgreement
       agreement;  // of tracks kept out of the last round, between the cameras given and the new ones
   std::vector<double>
@@ -44,14 +48,17 @@ struct TrackStep {
   double moved_rms_px = 0;
   double deviation_rms_px = 0;
   double seconds = 0;
+
+  const Scene& SeenOr(const Scene& scene) const { return seen != nullptr ? *seen : scene; }
 };
 
 inline TrackRule RuleOf(CameraUnknowns refine) {
   return refine == CameraUnknowns::kAuto ? TrackRule::kBetter : TrackRule::kNotWorse;
 }
 
-// Of `pairs`: those that are refined with. The same for any number of threads.
+// Of `pairs`: those that are refined with. The same for any number of threads. Throws InputError where a photograph cannot be read again.
 TrackStep RefineByTracks(const Scene& scene, const TriangleMesh& mesh,
-                         const std::vector<CameraPair>& pairs, TrackRule rule);
+                         const std::vector<CameraPair>& pairs, TrackRule rule,
+                         IntrinsicUnknowns unknowns = IntrinsicUnknowns::kNone);
 
 }  // namespace burin
