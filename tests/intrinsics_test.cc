@@ -79,7 +79,7 @@ TEST(Intrinsics, DerivativesOfEveryCameraModelAreThoseOfCentralDifferences) {
       CameraPose pose = PoseOf(scene.views[0].camera);
       IntrinsicNumbers q = {};
       for (double& number : q) number = 5 * random.Uniform();
-      if (lens.lens.measured == 0) q[kIntrinsics - 1] = 0;
+      if (lens.lens.measured == 0) q[kMeasured] = 0;
       Eigen::Vector3d point = random.Vector();
       const ceres::AutoDiffCostFunction<LensReprojection, 2, 7, kIntrinsics, 3> differentiated(
           new LensReprojection{shared[0], {300, 200}, 1.7});
@@ -133,17 +133,17 @@ TEST(Intrinsics, FreeIsWhatTheModelHasAndAFileCanBeUndistortedBy) {
     return text;
   };
   const auto lens = IntrinsicUnknowns::kLens;
-  EXPECT_EQ(free({"PINHOLE", {}}, lens, true), "111000000");
-  EXPECT_EQ(free({"SIMPLE_RADIAL", {}}, lens, true), "111100000");
-  EXPECT_EQ(free({"SIMPLE_RADIAL", {}}, lens, false), "111000000");
-  EXPECT_EQ(free({"RADIAL", {{-0.1, 0, 0, 0, 0}, 0}}, lens, true), "111110000");
-  EXPECT_EQ(free({"RADIAL", {{-0.1, 0, 0, 0, 0}, 0}}, lens, false), "000000000");
-  EXPECT_EQ(free({"OPENCV", {}}, lens, true), "111111100");
-  EXPECT_EQ(free({"OPENCV", {}}, IntrinsicUnknowns::kFocal, true), "100000000");
-  EXPECT_EQ(free({"pinhole_radial_k3", {{-0.1, 0, 0, 0, 0.1}, 0}}, lens, true), "111110010");
-  EXPECT_EQ(free({"pinhole_radial_k3", {{-0.1, 0, 0, 0, 0}, 0}}, lens, true), "111110000");
-  EXPECT_EQ(free({"", {{0, 0, 0, 0, 0}, 0.1}}, lens, true), "111000001");
-  EXPECT_EQ(free({"", {{-0.1, 0.02, 0, 0, 0}, 0}}, lens, true), "111110000");
+  EXPECT_EQ(free({"PINHOLE", {}}, lens, true), "1111000000");
+  EXPECT_EQ(free({"SIMPLE_RADIAL", {}}, lens, true), "1111100000");
+  EXPECT_EQ(free({"SIMPLE_RADIAL", {}}, lens, false), "1111000000");
+  EXPECT_EQ(free({"RADIAL", {{-0.1, 0, 0, 0, 0}, 0}}, lens, true), "1111110000");
+  EXPECT_EQ(free({"RADIAL", {{-0.1, 0, 0, 0, 0}, 0}}, lens, false), "0000000000");
+  EXPECT_EQ(free({"OPENCV", {}}, lens, true), "1111111100");
+  EXPECT_EQ(free({"OPENCV", {}}, IntrinsicUnknowns::kFocal, true), "1000000000");
+  EXPECT_EQ(free({"pinhole_radial_k3", {{-0.1, 0, 0, 0, 0.1}, 0}}, lens, true), "1111110010");
+  EXPECT_EQ(free({"pinhole_radial_k3", {{-0.1, 0, 0, 0, 0}, 0}}, lens, true), "1111110000");
+  EXPECT_EQ(free({"", {{0, 0, 0, 0, 0}, 0.1}}, lens, true), "1111000001");
+  EXPECT_EQ(free({"", {{-0.1, 0.02, 0, 0, 0}, 0}}, lens, true), "1111110000");
 }
 
 TEST(Intrinsics, AreSharedByNumberOrWhereNoneIsGivenByValue) {
@@ -265,8 +265,8 @@ TEST(Intrinsics, WhatAllPhotographsHaveWrongIsMended) {
       const double off_px =
           focal ? (now.fx / truth.fx - 1) * 240 : std::hypot(now.cx - truth.cx, now.cy - truth.cy);
       EXPECT_LT(std::abs(off_px), focal ? 0.2 : 1.5);
-      EXPECT_GT(one.deviation_px[0], 0);
-      EXPECT_LT(one.deviation_px[0], 1);
+      EXPECT_GT(one.deviation_px[kFocal], 0);
+      EXPECT_LT(one.deviation_px[kFocal], 1);
       for (const Camera& camera : step.cameras) EXPECT_TRUE(camera.HasIntrinsicsOf(now));
     }
   }

@@ -71,22 +71,28 @@ std::string Signed(double number, int digits) {
   return (number < 0 ? "" : "+") + Fixed(number, digits);
 }
 
+// "1379.7", or "1379.7, 1382.1" where pixels are not square.
+std::string FocalLengths(const Camera& camera) {
+  return Fixed(camera.fx, 1) + (camera.fx == camera.fy ? "" : ", " + Fixed(camera.fy, 1));
+}
+
 std::string Line(const TrackStep& step, const Scene& scene, size_t c,
                  const IntrinsicsChange& change) {
   const SharedIntrinsics& shared = step.bundle.shared[c];
-  const std::string name = "cameras: " + CameraName(shared, scene) + ": ";
+  const std::string name =
+      "cameras: " + CameraName(shared, scene) + (step.kept ? ": " : ": not taken: ");
   if (!shared.AnyFree()) return name + "intrinsics left as given";
   const int v = shared.views[0];
   const Camera& was = scene.views[v].camera;
   const Camera& now = step.bundle.cameras[v];
-  std::string line = name + "focal length " + Fixed(was.fx, 1) + " -> " + Fixed(now.fx, 1) +
+  std::string line = name + "focal length " + FocalLengths(was) + " -> " + FocalLengths(now) +
                      " px (" + Signed(100 * (now.fx / was.fx - 1), 2) + " %, " +
                      Fixed(std::abs(change.focal_px), 2) + " px at the edge";
-  if (std::isfinite(shared.deviation_px[0])) {
-    line += ", standard deviation " + Fixed(shared.deviation_px[0], 2);
+  if (std::isfinite(shared.deviation_px[kFocal])) {
+    line += ", standard deviation " + Fixed(shared.deviation_px[kFocal], 2);
   }
   line += ")";
-  if (shared.free[1]) {
+  if (shared.free[kCenter]) {
     line += ", principal point by " + Signed(now.cx - was.cx, 2) + ", " +
             Signed(now.cy - was.cy, 2) + " px; the corners move by " + Fixed(change.corner_px, 2) +
             " px";
@@ -150,19 +156,19 @@ ordered_json IntrinsicsJson(const TrackStep& step, const Scene& scene) {
     json["focal_length"] = {{"before", {was.fx, was.fy}},
                             {"after", {now.fx, now.fy}},
                             {"edge_px", RoundedOrNull(changes[c].focal_px)},
-                            {"deviation_px", RoundedOrNull(shared.deviation_px[0])}};
-    json["principal_point"] = {
-        {"before", {was.cx, was.cy}},
-        {"after", {now.cx, now.cy}},
-        {"deviation_px",
-         {RoundedOrNull(shared.deviation_px[1]), RoundedOrNull(shared.deviation_px[2])}}};
+                            {"deviation_px", RoundedOrNull(shared.deviation_px[kFocal])}};
+    json["principal_point"] = {{"before", {was.cx, was.cy}},
+                               {"after", {now.cx, now.cy}},
+                               {"deviation_px",
+                                {RoundedOrNull(shared.deviation_px[kCenter]),
+                                 RoundedOrNull(shared.deviation_px[kCenter + 1])}}};
     json["distortion"] = ordered_json::object();
     for (size_t k = 0; k < std::size(kCoefficients); ++k) {
-      if (!shared.free[3 + k]) continue;
+      if (!shared.free[kBrown + k]) continue;
       json["distortion"][kCoefficients[k]] = {
           {"before", Coefficient(view.origin.lens, k)},
           {"after", Coefficient(step.bundle.lenses[v], k)},
-          {"corner_deviation_px", RoundedOrNull(shared.deviation_px[3 + k])}};
+          {"corner_deviation_px", RoundedOrNull(shared.deviation_px[kBrown + k])}};
     }
     list.push_back(std::move(json));
   }

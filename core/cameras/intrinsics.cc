@@ -9,7 +9,6 @@
 namespace burin {
 namespace {
 
-constexpr int kFirstCoefficient = 3;
 constexpr double kEarlier = 0.98;  // of the radius at which the lens folds back, or of the corner's
 
 // How many of k1, k2, p1, p2 a camera model has.
@@ -25,18 +24,19 @@ std::array<bool, kIntrinsics> FreeNumbers(const View& view, IntrinsicUnknowns un
   std::array<bool, kIntrinsics> free = {};
   const Lens& lens = view.origin.lens;
   if (!lens.IsNone() && view.image_path.empty()) return free;
-  free[0] = true;
+  free[kFocal] = true;
   if (unknowns == IntrinsicUnknowns::kFocal) return free;
-  free[1] = free[2] = true;
+  free[kRatio] = view.camera.fx != view.camera.fy;
+  free[kCenter] = free[kCenter + 1] = true;
   if (view.image_path.empty()) return free;
   int had = 0;
   for (const ModelCoefficients& model : kModels) {
     if (view.origin.camera_model == model.name) had = model.count;
   }
   for (int k = 0; k < 5; ++k) {
-    free[kFirstCoefficient + k] = lens.brown[k] != 0 || k < had;
+    free[kBrown + k] = lens.brown[k] != 0 || k < had;
   }
-  free[kFirstCoefficient + 5] = lens.measured != 0;
+  free[kMeasured] = lens.measured != 0;
   return free;
 }
 
@@ -44,6 +44,7 @@ IntrinsicNumbers Units(const Camera& camera) {
   const double focal = std::sqrt(camera.fx * camera.fy);
   const double r = CornerRadius(camera);
   return {2.0 / std::max(camera.width, camera.height),
+          2.0 / camera.height,
           1,
           1,
           1 / (focal * std::pow(r, 3)),
@@ -67,19 +68,19 @@ bool SharedIntrinsics::AnyFree() const {
 
 Camera SharedIntrinsics::CameraAt(const IntrinsicNumbers& q) const {
   Camera at = camera;
-  at.fx *= 1 + q[0] * unit[0];
-  at.fy *= 1 + q[0] * unit[0];
-  at.cx += q[1] * unit[1];
-  at.cy += q[2] * unit[2];
+  at.fx *= 1 + q[kFocal] * unit[kFocal];
+  at.fy *= (1 + q[kFocal] * unit[kFocal]) * (1 + q[kRatio] * unit[kRatio]);
+  at.cx += q[kCenter] * unit[kCenter];
+  at.cy += q[kCenter + 1] * unit[kCenter + 1];
   return at;
 }
 
 Lens SharedIntrinsics::LensAt(const IntrinsicNumbers& q) const {
   Lens at = lens;
   for (size_t k = 0; k < lens.brown.size(); ++k) {
-    at.brown[k] += q[kFirstCoefficient + k] * unit[kFirstCoefficient + k];
+    at.brown[k] += q[kBrown + k] * unit[kBrown + k];
   }
-  at.measured += q[kIntrinsics - 1] * unit[kIntrinsics - 1];
+  at.measured += q[kMeasured] * unit[kMeasured];
   return at;
 }
 

@@ -1,13 +1,14 @@
 // Intrinsics as unknowns of the bundle adjustment (core/cameras/bundle.h): focal length, principal point and the
 // coefficients of the lens, one set of them for all photographs that share a camera.
 //
-// A camera has nine numbers, q = 0 at the start, each in pixels of the photograph:
+// A camera has ten numbers, q = 0 at the start, each in pixels of the photograph:
 //
-//   0      the focal lengths, times 1 + q / (half the longer side): pixels at the picture's edge
-//   1, 2   principal point
-//   3..8   k1, k2, p1, p2, k3, and the lens as VisualSFM measures it (core/scene/undistort.h): by how much they move the picture's corner
+//   0      both focal lengths, times 1 + q / (half the longer side): pixels at the picture's edge
+//   1      fy alone, times 1 + q / (half the height)
+//   2, 3   principal point
+//   4..9   k1, k2, p1, p2, k3, and the lens as VisualSFM measures it (core/scene/undistort.h): by how much they move the picture's corner
 //
-// So one prior serves all. fx / fy stays. Coefficients are refined that the camera model has, as it was read, and that a
+// So one prior serves all. Pixels that are square as read (fx = fy) stay so. Coefficients are refined that the camera model has, as it was read, and that a
 // model can be written with: k3 and VisualSFM's, which are in no model of COLMAP's, where they are not 0.
 #pragma once
 
@@ -21,7 +22,12 @@
 
 namespace burin {
 
-constexpr int kIntrinsics = 9;
+constexpr int kIntrinsics = 10;
+constexpr int kFocal = 0;
+constexpr int kRatio = 1;
+constexpr int kCenter = 2;
+constexpr int kBrown = 4;
+constexpr int kMeasured = 9;
 using IntrinsicNumbers = std::array<double, kIntrinsics>;
 
 // Measurements, of all photographs of a camera: with fewer it keeps its intrinsics.

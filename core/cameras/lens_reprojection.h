@@ -64,19 +64,22 @@ struct LensReprojection {
     const T v = seen.y() / seen.z();
     Eigen::Matrix<T, 2, 1> at;
     if (shared.lens.measured != 0) {
-      const T k = shared.lens.measured + q[kIntrinsics - 1] * shared.unit[kIntrinsics - 1];
+      const T k = shared.lens.measured + q[kMeasured] * shared.unit[kMeasured];
       if (!ThroughMeasured(k, u, v, &at)) return false;
     } else {
       std::array<T, 5> brown;
-      for (int k = 0; k < 5; ++k) brown[k] = shared.lens.brown[k] + q[3 + k] * shared.unit[3 + k];
+      for (int k = 0; k < 5; ++k) {
+        brown[k] = shared.lens.brown[k] + q[kBrown + k] * shared.unit[kBrown + k];
+      }
       at = ThroughBrown(brown, u, v);
     }
     const Camera& camera = shared.camera;
-    const T larger = T(1) + q[0] * shared.unit[0];
-    const T cx = camera.cx + q[1] * shared.unit[1];
-    const T cy = camera.cy + q[2] * shared.unit[2];
+    const T larger = T(1) + q[kFocal] * shared.unit[kFocal];
+    const T higher = T(1) + q[kRatio] * shared.unit[kRatio];
+    const T cx = camera.cx + q[kCenter] * shared.unit[kCenter];
+    const T cy = camera.cy + q[kCenter + 1] * shared.unit[kCenter + 1];
     residuals[0] = (camera.fx * larger * at.x() + cx - photographed.x()) / scale;
-    residuals[1] = (camera.fy * larger * at.y() + cy - photographed.y()) / scale;
+    residuals[1] = (camera.fy * larger * higher * at.y() + cy - photographed.y()) / scale;
     return true;
   }
 };
