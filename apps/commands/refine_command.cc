@@ -322,7 +322,7 @@ void RefineCommand::Run() {
   inputs.cameras = checkpoint.cameras;
   inputs.used = &scene;
   if (options.refinement.cameras.refine != CameraUnknowns::kNone) {
-    std::cout << WriteCameras(scene, result.refinement.cameras, folder / "cameras");
+    std::cout << WriteCameras(result.SeenOr(scene), result.refinement.cameras, folder / "cameras");
   }
   nlohmann::ordered_json summary = SummaryJson(inputs, options, result, watch.Seconds());
   const int caught = signals.Caught();

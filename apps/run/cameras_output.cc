@@ -1,7 +1,9 @@
 #include "apps/run/cameras_output.h"
 
 #include <nlohmann/json.hpp>
+#include <utility>
 
+#include "apps/run/intrinsics_output.h"
 #include "core/cameras/refined_scene.h"
 #include "core/scene/camera_similarity.h"
 #include "core/scene/formats/colmap.h"
@@ -90,6 +92,9 @@ std::vector<std::string> TrackStepText(const TrackStep& step, const Scene& scene
                     Fixed(step.moved_px[v], 0) +
                     " px, far more than the others: it was likely misregistered");
   }
+  for (std::string& of_intrinsics : IntrinsicsText(step, scene)) {
+    lines.push_back(std::move(of_intrinsics));
+  }
   return lines;
 }
 
@@ -123,6 +128,7 @@ ordered_json TrackStepJson(const TrackStep& step, const Scene& scene) {
            {"after", RoundedOrNull(group.agreement.after)},
            {"standard_error", RoundedOrNull(group.agreement.standard_error)}}}});
   }
+  json["intrinsics"] = IntrinsicsJson(step, scene);
   json["seconds"] = step.seconds;
   json["views"] = ordered_json::array();
   for (size_t v = 0; v < step.cameras.size(); ++v) {
@@ -147,10 +153,11 @@ ordered_json MovedJson(const Scene& scene, const TriangleMesh& mesh,
   return json;
 }
 
-ordered_json SparsePointsJson(const Scene& scene, const std::vector<Camera>& cameras) {
+ordered_json SparsePointsJson(const Scene& scene, const Scene& seen,
+                              const std::vector<Camera>& cameras) {
   if (scene.tracks.IsEmpty()) return nullptr;
   return {{"before_px", RoundedOrNull(MedianError(scene))},
-          {"after_px", RoundedOrNull(MedianError(WithRefinedCameras(scene, cameras)))}};
+          {"after_px", RoundedOrNull(MedianError(WithRefinedCameras(seen, cameras)))}};
 }
 
 std::string WriteCameras(const Scene& scene, const std::vector<Camera>& cameras,

@@ -132,7 +132,8 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
     }
     if (!result.refinement.cameras.empty()) {
       cameras["moved"] = MovedJson(used, *inputs.mesh, result.refinement.cameras);
-      cameras["sparse_points"] = SparsePointsJson(used, result.refinement.cameras);
+      cameras["sparse_points"] =
+          SparsePointsJson(used, result.SeenOr(used), result.refinement.cameras);
     }
   }
   json["closing"] = result.closing.has_value() ? ClosingJson(*result.closing) : nullptr;

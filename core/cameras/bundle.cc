@@ -8,6 +8,7 @@
 #include <cmath>
 #include <memory>
 
+#include "core/cameras/intrinsics_solve.h"
 #include "core/scene/camera_pose.h"
 #include "core/support/median.h"
 
@@ -113,7 +114,8 @@ double LossOf(const MeshTracks& found, const std::vector<Camera>& cameras, size_
 
 class BundleProblem {
  public:
-  BundleProblem(const Scene& scene, const MeshTracks& found) : found_(found) {
+  BundleProblem(const Scene& scene, const MeshTracks& found, IntrinsicUnknowns unknowns)
+      : found_(found), intrinsics_(scene, found, unknowns) {
     for (const View& view : scene.views) {
       cameras_.push_back(view.camera);
       poses_.push_back(PoseOf(view.camera));
@@ -132,6 +134,7 @@ class BundleProblem {
       }
     }
     bundle.tracks = static_cast<int>(used_.size());
+    intrinsics_.HoldUndetermined(bundle.measured);
     double loss = LossScale(&bundle.median_before);
     bundle.median_after = bundle.median_before;
     if (!used_.empty()) {
@@ -144,6 +147,7 @@ class BundleProblem {
     }
     bundle.sigma = sigma_;
     bundle.cameras = cameras_;
+    intrinsics_.Report(sigma_, &bundle.lenses, &bundle.shared);
     return bundle;
   }
 
@@ -172,7 +176,11 @@ class BundleProblem {
       for (const Measurement& measured : found_.tracks.Of(p)) {
         Residual residual;
         const double pixel = found_.pixel[measured.view];
-        if (!ResidualOf(cameras_[measured.view], measured, pixel, points_[p], &residual)) continue;
+        if (intrinsics_.AreFreeIn(measured.view)) {
+          residual.value = intrinsics_.Offset(poses_[measured.view], points_[p], measured) / pixel;
+        } else if (!ResidualOf(cameras_[measured.view], measured, pixel, points_[p], &residual)) {
+          continue;
+        }
         distances.push_back(residual.value.norm());
         pixels.push_back(distances.back() * pixel);
         coordinates.push_back(std::abs(residual.value.x()));
@@ -207,9 +215,13 @@ class BundleProblem {
     for (const size_t p : used_) {
       for (const Measurement& measured : found_.tracks.Of(p)) {
         const int v = measured.view;
-        auto* cost = new ceres::AutoDiffCostFunction<Reprojection, 2, 7, 3>(
-            new Reprojection{start_[v], measured.image_point, found_.pixel[v]});
-        problem.AddResidualBlock(cost, &cauchy, poses_[v].data(), points_[p].data());
+        if (intrinsics_.AreFreeIn(v)) {
+          intrinsics_.Add(measured, &cauchy, &poses_[v], &points_[p], &problem);
+        } else {
+          auto* cost = new ceres::AutoDiffCostFunction<Reprojection, 2, 7, 3>(
+              new Reprojection{start_[v], measured.image_point, found_.pixel[v]});
+          problem.AddResidualBlock(cost, &cauchy, poses_[v].data(), points_[p].data());
+        }
         depth[v] += cameras_[v].Depth(points_[p]);
       }
       ordering->AddElementToGroup(points_[p].data(), 0);
@@ -222,6 +234,7 @@ class BundleProblem {
       problem.SetManifold(poses_[v].data(), &manifold);
       ordering->AddElementToGroup(poses_[v].data(), 1);
     }
+    intrinsics_.AddPriors(&problem, ordering.get());
     ceres::Solver::Options options;
     options.linear_solver_type =
         static_cast<int>(cameras_.size()) > kDenseViews ? ceres::SPARSE_SCHUR : ceres::DENSE_SCHUR;
@@ -233,6 +246,8 @@ class BundleProblem {
     ceres::Solve(options, &problem, &summary);
     if (!summary.IsSolutionUsable()) return;
     for (size_t v = 0; v < cameras_.size(); ++v) SetPose(poses_[v], &cameras_[v]);
+    intrinsics_.Take(&cameras_);
+    if (loss <= kFinestLossPx) intrinsics_.FindDeviations(&problem);
   }
 
   const MeshTracks& found_;
@@ -241,6 +256,7 @@ class BundleProblem {
   std::vector<CameraPose> poses_;
   std::vector<Eigen::Vector3d> points_;
   std::vector<size_t> used_;
+  IntrinsicsSolve intrinsics_;
   double sigma_ = 0;
 };
 
@@ -276,14 +292,16 @@ PriorWeights PriorOf(const Camera& camera, double depth) {
   return {focal / kPriorPx, focal / std::max(1e-300, std::abs(depth)) / kPriorPx};
 }
 
-TrackAgreement CompareKeptOut(const MeshTracks& tracks, int group,
-                              const std::vector<Camera>& before, const std::vector<Camera>& after) {
+TrackAgreement CompareKeptOut(int group, const MeshTracks& tracks_before,
+                              const std::vector<Camera>& before, const MeshTracks& tracks_after,
+                              const std::vector<Camera>& after) {
   TrackAgreement agreement;
   std::vector<double> changes;
-  for (size_t p = 0; p < tracks.tracks.PointCount(); ++p) {
-    if (!IsKeptOut(p) || tracks.groups.of_view[tracks.tracks.Of(p).first->view] != group) continue;
-    const double loss_before = LossOf(tracks, before, p);
-    const double loss_after = LossOf(tracks, after, p);
+  for (size_t p = 0; p < tracks_before.tracks.PointCount(); ++p) {
+    const int first = tracks_before.tracks.Of(p).first->view;
+    if (!IsKeptOut(p) || tracks_before.groups.of_view[first] != group) continue;
+    const double loss_before = LossOf(tracks_before, before, p);
+    const double loss_after = LossOf(tracks_after, after, p);
     if (loss_before < 0 || loss_after < 0) continue;
     agreement.before += loss_before;
     agreement.after += loss_after;
@@ -302,8 +320,8 @@ TrackAgreement CompareKeptOut(const MeshTracks& tracks, int group,
   return agreement;
 }
 
-Bundle AdjustBundle(const Scene& scene, const MeshTracks& tracks) {
-  return BundleProblem(scene, tracks).Solve();
+Bundle AdjustBundle(const Scene& scene, const MeshTracks& tracks, IntrinsicUnknowns unknowns) {
+  return BundleProblem(scene, tracks, unknowns).Solve();
 }
 
 }  // namespace burin

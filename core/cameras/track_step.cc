@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "core/cameras/lens_change.h"
 #include "core/cameras/pose_uncertainty.h"
 #include "core/scene/camera_similarity.h"
 #include "core/support/median.h"
@@ -82,20 +83,37 @@ std::vector<TrackGroup> LargestFirst(const ViewGroups& groups) {
   return sorted;
 }
 
-// Every group's world to the frame of the cameras given; those of views in none are the ones given.
-void HoldFrames(const std::vector<Camera>& given,
-                const std::vector<std::vector<Sighting>>& sightings, const MeshTracks& tracks,
-                TrackStep* step) {
+// Every group's world to the frame of the cameras given; views in none have the poses given.
+void HoldFrames(const Scene& scene, const std::vector<Camera>& given,
+                const std::vector<std::vector<Eigen::Vector3d>>& surface, TrackStep* step) {
+  std::vector<Camera>& cameras = step->bundle.cameras;
+  const std::vector<std::vector<Sighting>> sightings =
+      SightingsThrough(scene, surface, cameras, step->bundle.lenses);
   step->misregistered.clear();
   step->moved_px.assign(given.size(), std::numeric_limits<double>::quiet_NaN());
-  step->groups = LargestFirst(tracks.groups);
-  std::vector<Camera> held = given;
+  std::vector<char> in_frame(given.size(), 0);
   for (TrackGroup& group : step->groups) {
-    if (!HoldFrame(given, sightings, group, step, &group.reason)) continue;
-    for (const int v : group.views) held[v] = step->bundle.cameras[v];
+    const bool held = HoldFrame(given, sightings, group, step, &group.reason);
+    for (const int v : group.views) in_frame[v] = held ? 1 : 0;
   }
-  step->bundle.cameras = std::move(held);
+  for (size_t v = 0; v < given.size(); ++v) {
+    if (in_frame[v] != 0) continue;
+    cameras[v].rotation = given[v].rotation;
+    cameras[v].translation = given[v].translation;
+  }
   std::sort(step->misregistered.begin(), step->misregistered.end());
+}
+
+// One that is left as given keeps the others.
+void KeepAllOrNone(std::vector<TrackGroup>* groups) {
+  const auto left = std::find_if(groups->begin(), groups->end(),
+                                 [](const TrackGroup& group) { return !group.kept; });
+  if (left == groups->end()) return;
+  const std::string reason = left->reason;
+  for (TrackGroup& group : *groups) {
+    group.kept = false;
+    if (group.reason.empty()) group.reason = reason;
+  }
 }
 
 // Why the group's cameras are left as given; empty where the new ones are kept.
@@ -123,20 +141,37 @@ std::string TrackStep::Reason() const {
 }
 
 TrackStep RefineByTracks(const Scene& scene, const TriangleMesh& mesh,
-                         const std::vector<CameraPair>& pairs, TrackRule rule) {
+                         const std::vector<CameraPair>& pairs, TrackRule rule,
+                         IntrinsicUnknowns unknowns) {
   const Stopwatch watch;
   TrackStep step;
   const std::vector<Camera> given = CamerasOf(scene);
   step.cameras = given;
   const std::vector<std::vector<Eigen::Vector3d>> surface = SeenPoints(mesh, scene.views);
-  const std::vector<std::vector<Sighting>> sightings = SightingsOf(given, surface);
+  const std::vector<double> unknown(given.size(), std::numeric_limits<double>::quiet_NaN());
+  step.moved_px = step.deviation_px = unknown;
+  std::vector<Lens> lenses;
+  for (const View& view : scene.views) lenses.push_back(view.origin.lens);
+  Scene photographs = scene;
   Scene now = scene;
   MeshTracks tracks;
+  MeshTracks tracks_given;  // in the images given
   for (const int side_px : kSidePx) {
     tracks = FindMeshTracks(now, mesh, pairs, side_px);
-    step.bundle = AdjustBundle(now, tracks);
-    HoldFrames(given, sightings, tracks, &step);
-    now = WithCameras(scene, step.bundle.cameras);
+    step.bundle = AdjustBundle(now, tracks, unknowns);
+    const Bundle& bundle = step.bundle;
+    step.groups = LargestFirst(tracks.groups);
+    if (FoldsEarlier(scene, bundle.cameras, bundle.lenses)) {
+      step.moved_px = unknown;
+      for (TrackGroup& group : step.groups)
+        group.reason = "a lens would fold back inside its picture";
+      return step;
+    }
+    tracks_given = SeenThrough(tracks, now, given, bundle.lenses.empty() ? bundle.lenses : lenses);
+    tracks = SeenThrough(tracks, now, bundle.cameras, bundle.lenses);
+    HoldFrames(scene, given, surface, &step);
+    photographs = WithIntrinsics(scene, bundle.cameras, bundle.lenses);
+    now = WithCameras(photographs, bundle.cameras);
   }
   step.deviation_px =
       PoseDeviations(step.bundle.cameras, tracks, step.bundle.sigma, kFinestLossPx, surface);
@@ -144,13 +179,21 @@ TrackStep RefineByTracks(const Scene& scene, const TriangleMesh& mesh,
   step.deviation_rms_px = RootMeanSquare(step.deviation_px);
   for (TrackGroup& group : step.groups) {
     const int number = tracks.groups.of_view[group.views.front()];
-    group.agreement = CompareKeptOut(tracks, number, given, step.bundle.cameras);
+    group.agreement = CompareKeptOut(number, tracks_given, given, tracks, step.bundle.cameras);
     group.moved_rms_px = RootMeanSquare(step.moved_px, group.views);
     group.deviation_rms_px = RootMeanSquare(step.deviation_px, group.views);
     group.reason = ReasonAgainst(group, rule);
     group.kept = group.reason.empty();
-    if (!group.kept) continue;
-    for (const int v : group.views) step.cameras[v] = step.bundle.cameras[v];
+  }
+  if (!step.bundle.lenses.empty()) KeepAllOrNone(&step.groups);
+  for (const TrackGroup& group : step.groups) {
+    for (size_t k = 0; group.kept && k < group.views.size(); ++k) {
+      step.cameras[group.views[k]] = step.bundle.cameras[group.views[k]];
+    }
+  }
+  if (step.Kept() && !step.bundle.lenses.empty()) {
+    step.cameras = step.bundle.cameras;  // intrinsics of views in no group too
+    step.seen = std::make_shared<const Scene>(std::move(photographs));
   }
   step.seconds = watch.Seconds();
   return step;

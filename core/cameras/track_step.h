@@ -13,6 +13,7 @@
 // the same way.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -42,8 +43,11 @@ struct TrackGroup {
 
 struct TrackStep {
   std::vector<Camera>
-      cameras;    // of the scene's views, in its frame; those given where they are kept
-  Bundle bundle;  // the last round's; its cameras are the new ones in any case
+      cameras;  // of the scene's views, in its frame; those given where they are kept
+  // The scene given with the intrinsics of `cameras`, its photographs undistorted again where these have a lens
+  // (core/cameras/lens_change.h); null: as given.
+  std::shared_ptr<const Scene> seen;
+  Bundle bundle;                   // the last round's; its cameras are the new ones in any case
   std::vector<TrackGroup> groups;  // of the last round, larger ones first
   std::vector<double>
       moved_px;  // of every view: RMS over the surface that it sees; NaN where it sees none or
@@ -59,14 +63,18 @@ struct TrackStep {
   bool Kept() const;
   // Why not, of the largest group.
   std::string Reason() const;
+
+  const Scene& SeenOr(const Scene& scene) const { return seen != nullptr ? *seen : scene; }
 };
 
 inline TrackRule RuleOf(CameraUnknowns refine) {
   return refine == CameraUnknowns::kAuto ? TrackRule::kBetter : TrackRule::kNotWorse;
 }
 
-// Of `pairs`, of each view the first kMatchingPartners. The same for any number of threads.
+// Of `pairs`, of each view the first kMatchingPartners. Intrinsics are shared by views of several groups: with `unknowns` of
+// them all groups are kept or none. The same for any number of threads. Throws InputError where a photograph cannot be read again.
 TrackStep RefineByTracks(const Scene& scene, const TriangleMesh& mesh,
-                         const std::vector<CameraPair>& pairs, TrackRule rule);
+                         const std::vector<CameraPair>& pairs, TrackRule rule,
+                         IntrinsicUnknowns unknowns = IntrinsicUnknowns::kNone);
 
 }  // namespace burin
