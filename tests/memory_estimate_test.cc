@@ -51,6 +51,7 @@ TEST(MemoryEstimate, NeverFallsWhenSomethingGrows) {
       [](LevelLoad* load) { return &load->faces; },
       [](LevelLoad* load) { return &load->visible_facets; },
       [](LevelLoad* load) { return &load->view_facets; },
+      [](LevelLoad* load) { return &load->joint_partners; },
       [](LevelLoad* load) { return &load->points; },
       [](LevelLoad* load) { return &load->held_bytes; },
       [](LevelLoad* load) { return &load->threads; },

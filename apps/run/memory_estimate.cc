@@ -9,6 +9,7 @@
 #include "core/visibility/facet_pencil.h"
 #include "core/visibility/partner_bits.h"
 #include "costs/facet_blocks.h"
+#include "costs/pair_rows.h"
 #include "costs/patch_cost.h"
 #include "costs/photometric_energy.h"
 #include "costs/stencil_cost.h"
@@ -69,6 +70,9 @@ struct Costs {
   double stencil_entry = 4 + 8;
   // Of the problem for Ceres. PatchCost: object, vertices, parameter sizes; factor added by unknowns
   double patch_cost = sizeof(PatchCost) + sizeof(PatchFactor) + 2 * kRing * 4 + 4 * kAllocation;
+  // Where cameras move, of a vertex in a pair: VertexInPairCost with its parameter sizes and pointer, and its place; the values of
+  // PairRows are added by unknowns.
+  double pair_vertex = 80 + 3 * 4 + 2 * kPointer + 2 * kAllocation + 4;
   // StencilCost: object, and by size coefficient and parameter size
   double stencil_cost = sizeof(StencilCost) + 3 * kAllocation;
   double stencil_cost_entry = 8 + 4;
@@ -233,6 +237,16 @@ MemoryEstimate EstimateLevel(const LevelLoad& load) {
         load.vertices * (8 * ((patch_unknowns + 1) * patch_unknowns + 3 * n * load.stencil) +
                          residual_blocks * kCost.row_block + (kRing + load.stencil) * kCost.cell);
   }
+  if (solver.ceres && load.joint_partners > 0) {
+    // Instead of patches, and often more: every vertex in every pair that sees it (costs/pair_rows.h).
+    const double in_pairs = load.visible_facets / 2 * load.joint_partners;
+    const double of_block = kCost.pair_vertex + 8 * n * (n + 1 + PairRows::kCameras) +
+                            kCost.residual_block + 3 * kPointer;
+    problem += in_pairs * of_block;
+    if (solver.jacobian) {
+      jacobian += in_pairs * (8 * n * (n + PairRows::kCameras) + kCost.row_block + 3 * kCost.cell);
+    }
+  }
   double linear = 0;
   const auto pairs = [](double blocks) { return blocks * (blocks + 1) / 2; };
   const double coupled = CoupledVertices(std::max(kRing, load.stencil));
@@ -326,6 +340,11 @@ MemoryEstimate EstimateMemory(const Scene& scene, const TriangleMesh& mesh,
       load.covered_pixels += std::ldexp(surface.covered[v], -2 * views[v].halvings);
       load.largest_view = std::max(load.largest_view, pixels);
     }
+    const CamerasOptions& cameras = options.refinement.cameras;
+    load.joint_partners =
+        cameras.Jointly() && level <= cameras.coarsest_joint && level >= cameras.finest_joint
+            ? partners
+            : 0;
     load.domain_bytes = load.level_pixels * planes * (band && level < coarsest ? 2 : 1);
     load.faces =
         static_cast<double>(ExpectedFaces(surface, levels.max_facet_px, level)) * LongEdges(levels);

@@ -30,6 +30,7 @@ struct LevelLoad {
   double faces = 0;
   double visible_facets = 0;  // summed over views
   double view_facets = 0;     // visible in the view that sees most
+  double joint_partners = 0;  // of a view, where rounds of the level move cameras; else 0
   double held_bytes = 0;      // what the command keeps beside scene and mesh
   double points = 0;          // of the scene
   double threads = 1;

@@ -131,7 +131,8 @@ double LmPcg::StepNorm() const {
   double squares = Dot(of_surface, of_surface);
   if (!equations_.border().empty()) {
     const Eigen::VectorXd of_cameras = step_.tail(equations_.border().unknowns());
-    const double mean = equations_.matrix().Diagonal().mean();
+    const Eigen::VectorXd diagonal = equations_.matrix().Diagonal();
+    const double mean = diagonal.size() > 0 ? diagonal.mean() : 1;
     const double energy = of_cameras.dot(equations_.border().curvature() * of_cameras);
     if (mean > 0) squares += energy / mean;
   }
