@@ -196,11 +196,14 @@ TEST(LensCameras, ARunThatGoesOnComesToTheSameBytesOnAnyNumberOfThreads) {
   options.threads = 1;
   std::vector<std::vector<uint8_t>> states;
   PipelineParts parts;
-  parts.measure_quality = false;
   parts.observers.on_state = [&](const RefinementState& state) {
     states.push_back(StateBytes(state));
   };
+  parts.measure_quality = true;
   const PipelineResult whole = RunPipeline(scene, Exact().init, options, parts);
+  // The input as it was seen, the result in the new pixels.
+  ASSERT_TRUE(whole.closing.has_value());
+  ASSERT_TRUE(whole.closing->held_back.has_value());
   ASSERT_TRUE(whole.by_tracks.has_value());
   ASSERT_TRUE(whole.by_tracks->Kept()) << whole.by_tracks->Reason();
   EXPECT_NE(whole.refinement.cameras[0].rotation, whole.refinement.first_cameras[0].rotation);

@@ -52,13 +52,18 @@ double CornerMove(const View& view, const Camera& camera, const Lens& lens) {
   return farthest;
 }
 
+std::vector<double> CornerMoves(const std::vector<IntrinsicsChange>& changes) {
+  std::vector<double> px;
+  px.reserve(changes.size());
+  for (const IntrinsicsChange& change : changes) px.push_back(change.corner_px);
+  return px;
+}
+
 // Places of step.bundle.shared, largest change first.
 std::vector<size_t> FarOff(const std::vector<IntrinsicsChange>& changes) {
-  std::vector<double> px;
-  for (const IntrinsicsChange& change : changes) px.push_back(change.corner_px);
   std::vector<size_t> far;
-  if (px.size() <= kFewCameras) return far;
-  const double usual = Median(px);
+  if (changes.size() <= kFewCameras) return far;
+  const double usual = Median(CornerMoves(changes));
   for (size_t c = 0; c < changes.size(); ++c) {
     if (changes[c].corner_px > std::max(kFarPx, kFarOff * usual)) far.push_back(c);
   }
@@ -123,11 +128,9 @@ std::vector<std::string> IntrinsicsText(const TrackStep& step, const Scene& scen
     for (size_t c = 0; c < changes.size(); ++c) lines.push_back(Line(step, scene, c, changes[c]));
     return lines;
   }
-  double squares = 0;
-  for (const IntrinsicsChange& change : changes) squares += change.corner_px * change.corner_px;
   lines.push_back("cameras: intrinsics of " + std::to_string(changes.size()) +
-                  " cameras: the corners move by " +
-                  Fixed(std::sqrt(squares / static_cast<double>(changes.size())), 2) + " px (RMS)");
+                  " cameras: the corners move by " + Fixed(Median(CornerMoves(changes)), 2) +
+                  " px (median)");
   for (const size_t c : FarOff(changes)) {
     lines.push_back(Line(step, scene, c, changes[c]) + ": far more than the others");
   }

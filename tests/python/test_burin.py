@@ -103,6 +103,7 @@ def test_refine_is_the_program(folder, scene, mesh, tmp_path):
     assert len(result.quality["zncc"]) == len(vertices)
     assert result.cameras["names"] == scene.names
     assert all(numpy.array_equal(r, scene.rotation(k)) for k, r in enumerate(result.cameras["rotations"]))
+    assert all(numpy.array_equal(i, scene.intrinsics(k)) for k, i in enumerate(result.cameras["intrinsics"]))
     burin.write_mesh(tmp_path / "again.ply", result.vertices, result.faces)
     assert numpy.array_equal(burin.read_mesh(tmp_path / "again.ply")[1], faces)
 
