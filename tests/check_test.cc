@@ -97,7 +97,7 @@ TEST_F(CheckTest, WhatCannotBeRightIsHandedBack) {
 
 TEST_F(CheckTest, ViewsThatDoNotFitAreNamedAndLeftOut) {
   SwapTwoPhotographs();
-  const Outcome left_out = Refine({});
+  const Outcome left_out = Refine({"--cameras.refine", "none"});
   EXPECT_EQ(left_out.exit_code, 0) << left_out.err;
   EXPECT_THAT(left_out.err + left_out.out, HasSubstr("view_002.png does not fit the other views"));
   EXPECT_THAT(left_out.err + left_out.out, HasSubstr("view_005.png does not fit the other views"));
@@ -109,7 +109,7 @@ TEST_F(CheckTest, ViewsThatDoNotFitAreNamedAndLeftOut) {
       EXPECT_NE(pair[1], name);
     }
   }
-  const Outcome kept = Refine({"--scene.misfit", "warn"});
+  const Outcome kept = Refine({"--scene.misfit", "warn", "--cameras.refine", "none"});
   EXPECT_EQ(kept.exit_code, 0) << kept.err;
   EXPECT_THAT(kept.err + kept.out, HasSubstr("view_002.png does not fit the other views\n"));
   EXPECT_EQ(Summary()["verdict"]["left_out"].size(), 0U);
@@ -120,7 +120,8 @@ TEST_F(CheckTest, ViewsThatDoNotFitAreNamedAndLeftOut) {
       Run({"select", In("s"), "--mesh", In("s/init.ply"), "--output", In("p"), "--no-pictures"})
           .exit_code,
       0);
-  const Outcome file = Refine({"--pairs.method", "file", "--pairs.file", In("p/pairs.json")});
+  const Outcome file = Refine({"--pairs.method", "file", "--pairs.file", In("p/pairs.json"),
+                               "--cameras.refine", "none"});
   EXPECT_EQ(file.exit_code, 0) << file.err;
   EXPECT_EQ(Summary()["verdict"]["left_out"].size(), 2U);
   const nlohmann::json by_file = Summary();

@@ -72,7 +72,7 @@ TEST_F(ResumeTest, SignalsLeaveAMeshAndARunThatGoesOnToTheSameBytes) {
   const Outcome whole = Run(Refine("whole"));
   ASSERT_EQ(whole.exit_code, 0) << whole.err;
   const std::set<std::string> complete = {"refined.ply", "summary.json", "trace.csv",
-                                          "config.toml"};
+                                          "config.toml", "cameras"};
   EXPECT_EQ(Files("whole"), complete);
   struct Case {
     int signal;

@@ -21,7 +21,7 @@ constexpr int kSidePx[] = {kMatchSidePx, 2 * kMatchSidePx};
 
 constexpr double kFarOff =
     4;  // a view is misregistered that moves by so many medians of the others,
-constexpr double kFarPx = 8;  // and by so many pixels
+constexpr double kFarPx = 4;  // and by so many pixels
 
 double RootMeanSquare(const std::vector<double>& values) {
   double sum = 0;

@@ -28,7 +28,7 @@ inline Choices<CameraSteps> ChoicesOf(CameraSteps) {
 }
 
 struct CamerasOptions {
-  CameraUnknowns refine = CameraUnknowns::kNone;
+  CameraUnknowns refine = CameraUnknowns::kAuto;
   CameraSteps steps = CameraSteps::kBoth;
   int coarsest_joint = 1;  // level
   int finest_joint = 1;    // level
