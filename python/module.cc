@@ -190,9 +190,12 @@ py::dict RefineMesh(const Scene& scene, const py::array& vertices, const py::arr
   out["vertices"] = Array(result.mesh.vertices);
   out["faces"] = Array(result.mesh.faces);
   out["quality"] = quality;
+  std::vector<Eigen::Matrix3d> intrinsics;
+  for (const Camera& camera : result.refinement.cameras) intrinsics.push_back(IntrinsicsOf(camera));
   const py::tuple poses = PoseArrays(result.refinement.cameras);
   py::dict cameras;
   cameras["names"] = NamesOf(judged.Used(scene));
+  cameras["intrinsics"] = Array(intrinsics);
   cameras["rotations"] = poses[0];
   cameras["translations"] = poses[1];
   out["cameras"] = cameras;

@@ -17,6 +17,7 @@ constexpr size_t kCamerasNamedInError = 5;
 constexpr size_t kHeldBackCandidates = 8;
 // What an estimate may be off by: least share of pairs.min_overlap that makes a pair a candidate by it.
 constexpr double kEstimatedOverlap = 0.5;
+constexpr double kMatchingParallaxDeg = 45;
 
 template <typename Value>
 Value RowMax(const std::vector<Value>& table, int n, int i) {
@@ -151,6 +152,17 @@ std::vector<CameraPair> HeldBack(const PairSurvey& survey, const std::vector<Cam
     }
   }
   return BestPartners(scores, n, 1);
+}
+
+std::vector<CameraPair> Matching(const PairSurvey& survey,
+                                 const std::vector<CameraPair>& held_back) {
+  const int n = survey.view_count;
+  std::vector<double> scores = Scores(survey, HeldBackRecipe());
+  const std::vector<char> held = UsedInADirection(held_back, n);
+  for (size_t at = 0; at < scores.size(); ++at) {
+    if (held[at] != 0 || survey.measures[at].parallax_deg > kMatchingParallaxDeg) scores[at] = 0;
+  }
+  return BestPartners(scores, n, kMatchingPartners);
 }
 
 // The best candidates of every view, by the estimate.
@@ -307,10 +319,9 @@ PairSelection SelectPairs(const Scene& scene, const TriangleMesh& mesh, const Pa
     surveyor.Measure(HeldBackCandidates(candidates.held_back, selection.pairs));
   }
   selection.held_back = HeldBack(surveyor.survey(), selection.pairs);
-  if (survey != nullptr) {
-    surveyor.Measure(selection.pairs);
-    *survey = surveyor.Take();
-  }
+  surveyor.Measure(selection.pairs);
+  selection.matching = Matching(surveyor.survey(), selection.held_back);
+  if (survey != nullptr) *survey = surveyor.Take();
   return selection;
 }
 

@@ -22,6 +22,12 @@ struct PairSelection {
   // For each camera with a partner the best pair that is used in neither direction, where there is one:
   // to judge the refinement by.
   std::vector<CameraPair> held_back;
+  // For tracks through the mesh (core/cameras/mesh_tracks.h): for each view up to kMatchingPartners under a mean parallax of
+  // at most 45 degrees, best first, of pairs that are held back in no direction. What the energy is best
+  // served by may be too far apart to be matched.
+  std::vector<CameraPair> matching;
+  // `pairs` where nothing is measured.
+  std::vector<CameraPair> ForTracks() const { return matching.empty() ? pairs : matching; }
   std::vector<std::string> warnings;  // a line for each camera without a partner, with the reason
 };
 

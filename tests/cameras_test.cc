@@ -58,14 +58,14 @@ double Error(const std::vector<Camera>& cameras, Similarity* motion = nullptr) {
 
 TrackStep Step(const SyntheticScene& scene) {
   return RefineByTracks(scene.scene, scene.init,
-                        SelectPairs(scene.scene, scene.init, PairsOptions()).pairs,
+                        SelectPairs(scene.scene, scene.init, PairsOptions()).ForTracks(),
                         TrackRule::kBetter);
 }
 
 TEST(Cameras, TracksThroughTheMeshTakeTheErrorAway) {
   const double before = Error(CamerasOf(Noisy().scene));
   const TrackStep step = Step(Noisy());
-  EXPECT_TRUE(step.kept) << step.reason;
+  EXPECT_TRUE(step.Kept()) << step.Reason();
   const double after = Error(step.cameras);
   EXPECT_GT(before, 1);
   EXPECT_LT(after, 0.25 * before);
@@ -78,10 +78,11 @@ TEST(Cameras, TracksThroughTheMeshTakeTheErrorAway) {
 TEST(Cameras, ExactOnesAreLeftAsGiven) {
   const TrackStep step = Step(Exact());
   std::printf("would move %.3f px, sd %.3f, kept out %.4f -> %.4f (se %.4f): %s\n",
-              step.moved_rms_px, step.deviation_rms_px, step.agreement.before, step.agreement.after,
-              step.agreement.standard_error, step.reason.c_str());
-  EXPECT_FALSE(step.kept);
-  EXPECT_FALSE(step.reason.empty());
+              step.moved_rms_px, step.deviation_rms_px, step.groups[0].agreement.before,
+              step.groups[0].agreement.after, step.groups[0].agreement.standard_error,
+              step.Reason().c_str());
+  EXPECT_FALSE(step.Kept());
+  EXPECT_FALSE(step.Reason().empty());
   EXPECT_EQ(CamerasOf(Exact().scene)[0].rotation, step.cameras[0].rotation);
 }
 
@@ -106,7 +107,7 @@ TEST(Cameras, AViewThatIsFarOffIsNamedAndTheOthersStay) {
       Eigen::AngleAxisd(0.02, Eigen::Vector3d(1, 1, 0).normalized()).matrix() * camera.rotation;
   camera.translation = -(camera.rotation * center);
   const TrackStep step = Step(turned);
-  ASSERT_TRUE(step.kept) << step.reason;
+  ASSERT_TRUE(step.Kept()) << step.Reason();
   EXPECT_EQ(step.misregistered, std::vector<int>{3});
   EXPECT_LT(Error(step.cameras), 0.1);
   EXPECT_LT(step.moved_px[0], 0.2);
@@ -138,22 +139,92 @@ TEST(Cameras, PlacesInReducedPhotographsOfOddSizesAreRight) {
 // A rule for what is known to be better, and one for what is not known to be worse.
 TEST(Cameras, PosesAreTakenWhereTheyAreNotWorse) {
   const std::vector<CameraPair> pairs =
-      SelectPairs(Exact().scene, Exact().init, PairsOptions()).pairs;
+      SelectPairs(Exact().scene, Exact().init, PairsOptions()).ForTracks();
   const TrackStep step = RefineByTracks(Exact().scene, Exact().init, pairs, TrackRule::kNotWorse);
-  EXPECT_TRUE(step.kept || step.agreement.Worse()) << step.reason;
+  EXPECT_TRUE(step.Kept() || step.groups[0].agreement.Worse()) << step.Reason();
   EXPECT_LT(Error(step.cameras), 0.1);
 }
 
 TEST(Cameras, WithoutPairsOrSurfaceTheyStay) {
   const TrackStep none = RefineByTracks(Exact().scene, Exact().init, {}, TrackRule::kNotWorse);
-  EXPECT_FALSE(none.kept);
-  EXPECT_FALSE(none.reason.empty());
+  EXPECT_FALSE(none.Kept());
+  EXPECT_FALSE(none.Reason().empty());
   TriangleMesh away = Exact().init;
   for (Eigen::Vector3d& vertex : away.vertices) vertex.z() += 1000;
   const std::vector<CameraPair> pairs = {{0, 1}, {1, 2}, {2, 1}, {1, 0}};
   const TrackStep unseen = RefineByTracks(Exact().scene, away, pairs, TrackRule::kNotWorse);
-  EXPECT_FALSE(unseen.kept);
+  EXPECT_FALSE(unseen.Kept());
   EXPECT_EQ(unseen.cameras[1].rotation, Exact().scene.views[1].camera.rotation);
+}
+
+// Nothing says how the two groups lie to each other: each has a frame of its own, and both are kept.
+TEST(Cameras, GroupsWithoutCommonTracksHaveFramesOfTheirOwn) {
+  const std::vector<CameraPair> all =
+      SelectPairs(Noisy().scene, Noisy().init, PairsOptions()).ForTracks();
+  std::vector<CameraPair> pairs;
+  for (const CameraPair& pair : all) {
+    const bool first = pair.reference < 4;
+    if (pair.reference == 4 || pair.second == 4 || (pair.second < 4) != first) continue;
+    pairs.push_back(pair);
+  }
+  const TrackStep step = RefineByTracks(Noisy().scene, Noisy().init, pairs, TrackRule::kBetter);
+  ASSERT_EQ(step.groups.size(), 2U);
+  EXPECT_EQ(step.groups[0].views, (std::vector<int>{0, 1, 2, 3}));
+  EXPECT_EQ(step.groups[1].views, (std::vector<int>{5, 6, 7, 8}));
+  EXPECT_EQ(step.cameras[4].rotation, Noisy().scene.views[4].camera.rotation);
+  EXPECT_TRUE(std::isnan(step.moved_px[4]));
+  const auto surface = SeenPoints(Noisy().init, Noisy().scene.views);
+  for (const TrackGroup& group : step.groups) {
+    EXPECT_TRUE(group.kept) << group.reason;
+    EXPECT_LT(group.deviation_rms_px, 0.3);
+    std::vector<std::vector<Eigen::Vector3d>> seen(surface.size());
+    for (const int v : group.views) seen[v] = surface[v];
+    std::string error;
+    CameraSimilarity fit;
+    ASSERT_TRUE(FitCameraSimilarity(CamerasOf(Noisy().scene), step.cameras, seen, &fit, &error));
+    EXPECT_NEAR(fit.second_from_first.scale, 1, 1e-6);
+    EXPECT_LT(fit.second_from_first.AngleDeg(), 1e-4);
+    ASSERT_TRUE(FitCameraSimilarity(CamerasOf(Exact().scene), step.cameras, seen, &fit, &error));
+    EXPECT_LT(fit.errors.rms_px, 0.25);
+  }
+}
+
+// Five points that views of both groups show are a hinge, not a hold.
+TEST(ViewGroups, AFewCommonTracksDoNotJoinGroups) {
+  Tracks tracks;
+  const auto add = [&](const std::vector<int>& views, int times) {
+    for (int k = 0; k < times; ++k) {
+      tracks.BeginPoint();
+      for (const int v : views) tracks.Add({Eigen::Vector2d(k, v), v});
+    }
+  };
+  add({0, 1, 2}, 20);
+  add({5, 4}, 20);
+  add({0, 1, 4}, 5);
+  add({2, 5}, 5);
+  add({3, 0}, 11);
+  std::vector<int> kept;
+  const ViewGroups groups = GroupViews(7, &tracks, &kept);
+  EXPECT_EQ(groups.count, 2);
+  EXPECT_EQ(groups.of_view, (std::vector<int>{0, 0, 0, -1, 1, 1, -1}));
+  EXPECT_EQ(groups.ViewsOf(1), (std::vector<int>{4, 5}));
+  ASSERT_EQ(tracks.PointCount(), 45U);
+  EXPECT_EQ(kept[40], 40);
+  EXPECT_EQ(tracks.Of(40).size(), 2U);  // view 4 was in another group
+  for (const Measurement& measured : tracks.Of(44)) EXPECT_LT(measured.view, 2);
+}
+
+TEST(ViewGroups, ElevenCommonTracksAreNone) {
+  Tracks tracks;
+  for (int k = 0; k < 11; ++k) {
+    tracks.BeginPoint();
+    for (const int v : {0, 1}) tracks.Add({Eigen::Vector2d(k, v), v});
+  }
+  std::vector<int> kept;
+  const ViewGroups groups = GroupViews(2, &tracks, &kept);
+  EXPECT_EQ(groups.count, 0);
+  EXPECT_EQ(tracks.PointCount(), 0U);
+  EXPECT_TRUE(kept.empty());
 }
 
 // Tracks of exact places with normal noise: the errors of many adjustments are as large as said.
@@ -168,6 +239,8 @@ TEST(Cameras, DeviationsAreThoseOfRepeatedMeasurements) {
     const CounterRandom random(7, trial);
     MeshTracks tracks;
     tracks.pixel.assign(truth.size(), 1);
+    tracks.groups.of_view.assign(truth.size(), 0);
+    tracks.groups.count = 1;
     uint64_t draw = 0;
     for (const Eigen::Vector3d& point : surface[4]) {
       tracks.points.push_back(point);

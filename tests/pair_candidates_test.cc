@@ -87,6 +87,42 @@ TEST(PairCandidates, SelectTheSamePairs) {
   }
 }
 
+// Whatever the energy uses: near partners for windows that are matched, none that a held-back pair judges.
+TEST(PairCandidates, PartnersForTracksAreNearAndNotHeldBack) {
+  const Scene scene = TwoRows(12);
+  const PairSelection selection = SelectPairs(scene, Bumps(), WithCandidates(0));
+  const PairSurvey survey = SurveyPairs(scene, Bumps(), selection.recipe.survey);
+  const std::vector<double> energies = PairEnergyTable(survey, Resolve(PairsOptions()));
+  const auto is_held = [&](int i, int j) {
+    return std::any_of(selection.held_back.begin(), selection.held_back.end(),
+                       [&](const CameraPair& held) {
+                         return held == CameraPair{i, j} || held == CameraPair{j, i};
+                       });
+  };
+  const auto may_match = [&](int i, int j) {
+    return energies[i * 12 + j] < 0 && survey.At(i, j).parallax_deg <= 45 && !is_held(i, j);
+  };
+  for (int i = 0; i < 12; ++i) {
+    int possible = 0;
+    int held = 0;
+    for (int j = 0; j < 12; ++j) {
+      possible += may_match(i, j) ? 1 : 0;
+      held += is_held(i, j) ? 1 : 0;
+    }
+    EXPECT_GT(possible, 1) << i;
+    EXPECT_GT(held, 0) << i;
+    int chosen = 0;
+    for (const CameraPair& pair : selection.matching) {
+      if (pair.reference != i) continue;
+      ++chosen;
+      EXPECT_TRUE(may_match(i, pair.second)) << i << " " << pair.second;
+    }
+    EXPECT_EQ(chosen, std::min(possible, kMatchingPartners)) << i;
+  }
+  EXPECT_EQ(selection.ForTracks(), selection.matching);
+  EXPECT_TRUE(PairSelection().ForTracks().empty());
+}
+
 // What the estimate counts of each partner, by hand.
 TEST(PairCandidates, TheEstimateSeesMasksLidsAndBackSides) {
   TriangleMesh mesh;

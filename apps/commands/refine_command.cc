@@ -252,6 +252,9 @@ void RefineCommand::Run() {
   signals.ThrowIfCaught();
   RemoveTemporaries(folder);
   if (judged.stop) {
+    if (judged.by_tracks.has_value()) {
+      for (const std::string& line : TrackStepText(*judged.by_tracks, scene)) progress.Line(line);
+    }
     progress.End();
     HandBack(judged, inputs, folder, watch.Seconds());
   }
@@ -276,15 +279,8 @@ void RefineCommand::Run() {
     return signals.Caught() == 0;
   };
   parts.observers.on_level = [&](const LevelSummary& level, const TriangleMesh& now) {
-    if (!level.reached_bound) progress.Line(UnsplitText(level));
-    if (level.left_out) {
-      progress.Line(LeftOutText(level));
-    } else if (level.interrupted) {
-      progress.Line(InterruptedText(level));
-    } else if (level.undone_vertices > 0) {
-      progress.Line(UndoneText(level));
-    }
-    if (options.refinement.guard.crossings != Crossings::kOff) progress.Line(CrossingsText(level));
+    const bool crossings = options.refinement.guard.crossings != Crossings::kOff;
+    for (const std::string& line : LevelTexts(level, crossings)) progress.Line(line);
     if (!level_meshes || level.interrupted) return;
     WriteMesh(LevelPath(folder, level.level), now);
   };
@@ -326,7 +322,7 @@ void RefineCommand::Run() {
   inputs.cameras = checkpoint.cameras;
   inputs.used = &scene;
   if (options.refinement.cameras.refine != CameraUnknowns::kNone) {
-    std::cout << WriteCameras(scene, result.refinement.cameras, folder / "cameras");
+    std::cout << WriteCameras(result.SeenOr(scene), result.refinement.cameras, folder / "cameras");
   }
   nlohmann::ordered_json summary = SummaryJson(inputs, options, result, watch.Seconds());
   const int caught = signals.Caught();

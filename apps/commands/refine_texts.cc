@@ -5,18 +5,10 @@
 #include <sstream>
 
 #include "core/support/fixed_text.h"
+#include "core/support/listed.h"
 
 namespace burin {
 namespace {
-
-// "a.jpg", "a.jpg, b.jpg" or "a.jpg, b.jpg and 7 more".
-std::string Listed(const std::vector<std::string>& names) {
-  constexpr size_t kShown = 3;
-  std::string text = names[0];
-  for (size_t k = 1; k < std::min(kShown, names.size()); ++k) text += ", " + names[k];
-  if (names.size() > kShown) text += " and " + std::to_string(names.size() - kShown) + " more";
-  return text;
-}
 
 std::string LevelName(const LevelSummary& level) {
   return "level " + std::to_string(level.width) + "x" + std::to_string(level.height);
@@ -41,6 +33,50 @@ std::string Disagreement(const LevelSummary& level, const std::string& when) {
 // Of the sum over this many windows.
 std::string EnergyPerWindow(double energy, int64_t windows) {
   return windows > 0 ? Fixed(energy / static_cast<double>(windows), 4) : "-";
+}
+
+// Of a level whose splitting was stopped.
+std::string UnsplitText(const LevelSummary& level) {
+  std::ostringstream text;
+  text << LevelName(level) << ": splitting stopped at " << level.faces
+       << " faces (level.max_faces, or edges too short to split); some are larger than"
+       << " level.max_facet_px or level.max_edge_px";
+  return text.str();
+}
+
+std::string LeftOutText(const LevelSummary& level) {
+  return LevelName(level) + " left out: no window of any pair is whole there";
+}
+
+// Of a level that was undone, or parts of it.
+std::string UndoneText(const LevelSummary& level) {
+  if (level.undone) return LevelName(level) + " undone: " + Disagreement(level, "after it");
+  return LevelName(level) + ": parts of the mesh set back, " +
+         std::to_string(level.undone_vertices) +
+         " vertices: photographs held back agree less with them";
+}
+
+// What of the surface passes through itself, before a level and after it (guard.crossings).
+std::string CrossingsText(const LevelSummary& level) {
+  std::ostringstream text;
+  text << LevelName(level) << ": facets that cross others " << level.crossing_facets.before
+       << " -> " << level.crossing_facets.after << " of " << level.faces << ", back faces "
+       << Fixed(100 * level.back_faces.before, 2) << " -> "
+       << Fixed(100 * level.back_faces.after, 2) << " % of the mesh's pixels";
+  if (level.TakenBack() > 0) {
+    text << "; " << level.TakenBack() << " vertices stopped before they cross";
+  }
+  return text.str();
+}
+
+// What became of the part of a level that was done when the run was stopped.
+std::string InterruptedText(const LevelSummary& level) {
+  const std::string name =
+      LevelName(level) + " cut short in round " + std::to_string(level.rounds.back().round + 1);
+  if (level.held_back.is_null()) return name + ", not judged (guard.levels is off)";
+  if (level.undone) return name + " and undone: " + Disagreement(level, "so far");
+  return name + ", kept: photographs held back do not agree less with the mesh so far, " +
+         ScoreText(level);
 }
 
 }  // namespace
@@ -91,44 +127,18 @@ std::string RoundText(const RoundContext& context, const TriangleMesh& mesh,
   return text.str();
 }
 
-std::string UnsplitText(const LevelSummary& level) {
-  std::ostringstream text;
-  text << LevelName(level) << ": splitting stopped at " << level.faces
-       << " faces (level.max_faces, or edges too short to split); some are larger than"
-       << " level.max_facet_px or level.max_edge_px";
-  return text.str();
-}
-
-std::string LeftOutText(const LevelSummary& level) {
-  return LevelName(level) + " left out: no window of any pair is whole there";
-}
-
-std::string UndoneText(const LevelSummary& level) {
-  if (level.undone) return LevelName(level) + " undone: " + Disagreement(level, "after it");
-  return LevelName(level) + ": parts of the mesh set back, " +
-         std::to_string(level.undone_vertices) +
-         " vertices: photographs held back agree less with them";
-}
-
-std::string CrossingsText(const LevelSummary& level) {
-  std::ostringstream text;
-  text << LevelName(level) << ": facets that cross others " << level.crossing_facets.before
-       << " -> " << level.crossing_facets.after << " of " << level.faces << ", back faces "
-       << Fixed(100 * level.back_faces.before, 2) << " -> "
-       << Fixed(100 * level.back_faces.after, 2) << " % of the mesh's pixels";
-  if (level.TakenBack() > 0) {
-    text << "; " << level.TakenBack() << " vertices stopped before they cross";
+std::vector<std::string> LevelTexts(const LevelSummary& level, bool crossings) {
+  std::vector<std::string> lines;
+  if (!level.reached_bound) lines.push_back(UnsplitText(level));
+  if (level.left_out) {
+    lines.push_back(LeftOutText(level));
+  } else if (level.interrupted) {
+    lines.push_back(InterruptedText(level));
+  } else if (level.undone_vertices > 0) {
+    lines.push_back(UndoneText(level));
   }
-  return text.str();
-}
-
-std::string InterruptedText(const LevelSummary& level) {
-  const std::string name =
-      LevelName(level) + " cut short in round " + std::to_string(level.rounds.back().round + 1);
-  if (level.held_back.is_null()) return name + ", not judged (guard.levels is off)";
-  if (level.undone) return name + " and undone: " + Disagreement(level, "so far");
-  return name + ", kept: photographs held back do not agree less with the mesh so far, " +
-         ScoreText(level);
+  if (crossings) lines.push_back(CrossingsText(level));
+  return lines;
 }
 
 }  // namespace burin

@@ -1,12 +1,17 @@
 #include "apps/run/cameras_output.h"
 
 #include <nlohmann/json.hpp>
+#include <utility>
 
+#include "apps/run/intrinsics_output.h"
 #include "core/cameras/refined_scene.h"
+#include "core/scene/camera_similarity.h"
 #include "core/scene/formats/colmap.h"
 #include "core/support/fixed_text.h"
 #include "core/support/json_file.h"
+#include "core/support/listed.h"
 #include "core/support/median.h"
+#include "core/visibility/seen_points.h"
 
 namespace burin {
 namespace {
@@ -21,6 +26,25 @@ int MostMoved(const TrackStep& step) {
     if (most < 0 || step.moved_px[v] > step.moved_px[most]) most = static_cast<int>(v);
   }
   return most;
+}
+
+std::string NamesOf(const Scene& scene, const std::vector<int>& views) {
+  std::vector<std::string> names;
+  for (const int v : views) names.push_back(scene.views[v].name);
+  return Listed(names);
+}
+
+// Views that no tracks hold.
+std::vector<int> OutsideGroups(const TrackStep& step) {
+  std::vector<char> inside(step.cameras.size(), 0);
+  for (const TrackGroup& group : step.groups) {
+    for (const int v : group.views) inside[v] = 1;
+  }
+  std::vector<int> outside;
+  for (size_t v = 0; v < inside.size(); ++v) {
+    if (inside[v] == 0) outside.push_back(static_cast<int>(v));
+  }
+  return outside;
 }
 
 double MedianError(const Scene& scene) {
@@ -40,29 +64,44 @@ double MedianError(const Scene& scene) {
 
 std::vector<std::string> TrackStepText(const TrackStep& step, const Scene& scene) {
   const Bundle& bundle = step.bundle;
+  const bool kept = step.Kept();
   std::string line = "cameras: " + std::to_string(bundle.tracks) + " tracks through the mesh, " +
                      std::to_string(bundle.measurements) + " measurements";
   const int most = MostMoved(step);
   if (most >= 0) {
-    line += "; " + std::string(step.kept ? "moved" : "would move") + " by " +
+    line += "; " + std::string(kept ? "moved" : "would move") + " by " +
             Fixed(step.moved_rms_px, 2) + " px (RMS; " + scene.views[most].name + " " +
             Fixed(step.moved_px[most], 2) + "), standard deviation " +
             Fixed(step.deviation_rms_px, 2) + " px";
   }
-  if (!step.kept) line += ": left as given, " + step.reason;
+  if (!kept) line += ": left as given, " + step.Reason();
   std::vector<std::string> lines = {line};
+  if (kept) {
+    for (const TrackGroup& group : step.groups) {
+      if (group.kept) continue;
+      lines.push_back(NamesOf(scene, group.views) + ": left as given, " + group.reason);
+    }
+    const std::vector<int> outside = OutsideGroups(step);
+    if (!outside.empty()) {
+      lines.push_back(NamesOf(scene, outside) +
+                      ": left as given, too few windows match through the mesh");
+    }
+  }
   for (const int v : step.misregistered) {
-    lines.push_back(scene.views[v].name + (step.kept ? " moved by " : " would move by ") +
+    lines.push_back(scene.views[v].name + (kept ? " moved by " : " would move by ") +
                     Fixed(step.moved_px[v], 0) +
                     " px, far more than the others: it was likely misregistered");
+  }
+  for (std::string& of_intrinsics : IntrinsicsText(step, scene)) {
+    lines.push_back(std::move(of_intrinsics));
   }
   return lines;
 }
 
 ordered_json TrackStepJson(const TrackStep& step, const Scene& scene) {
   ordered_json json;
-  json["kept"] = step.kept;
-  json["reason"] = step.reason;
+  json["kept"] = step.Kept();
+  json["reason"] = step.Kept() ? "" : step.Reason();
   json["moved_px"] = RoundedOrNull(step.moved_rms_px);
   json["deviation_px"] = RoundedOrNull(step.deviation_rms_px);
   const int most = MostMoved(step);
@@ -73,28 +112,52 @@ ordered_json TrackStepJson(const TrackStep& step, const Scene& scene) {
   json["measurements"] = step.bundle.measurements;
   json["measurement_px"] = {{"before", RoundedOrNull(step.bundle.median_before)},
                             {"after", RoundedOrNull(step.bundle.median_after)}};
-  json["kept_out"] = {{"tracks", step.agreement.tracks},
-                      {"before", RoundedOrNull(step.agreement.before)},
-                      {"after", RoundedOrNull(step.agreement.after)},
-                      {"standard_error", RoundedOrNull(step.agreement.standard_error)}};
+  json["groups"] = ordered_json::array();
+  std::vector<ordered_json> group_of(step.cameras.size());
+  for (const TrackGroup& group : step.groups) {
+    for (const int v : group.views) group_of[v] = json["groups"].size();
+    json["groups"].push_back(
+        {{"views", group.views.size()},
+         {"kept", group.kept},
+         {"reason", group.reason},
+         {"moved_px", RoundedOrNull(group.moved_rms_px)},
+         {"deviation_px", RoundedOrNull(group.deviation_rms_px)},
+         {"kept_out",
+          {{"tracks", group.agreement.tracks},
+           {"before", RoundedOrNull(group.agreement.before)},
+           {"after", RoundedOrNull(group.agreement.after)},
+           {"standard_error", RoundedOrNull(group.agreement.standard_error)}}}});
+  }
+  json["intrinsics"] = IntrinsicsJson(step, scene);
   json["seconds"] = step.seconds;
   json["views"] = ordered_json::array();
-  for (size_t v = 0; v < step.moved_px.size(); ++v) {
-    const bool measured = v < step.bundle.measured.size();
-    json["views"].push_back(
-        {{"name", scene.views[v].name},
-         {"moved_px", RoundedOrNull(step.moved_px[v])},
-         {"deviation_px",
-          v < step.deviation_px.size() ? RoundedOrNull(step.deviation_px[v]) : ordered_json()},
-         {"measurements", measured ? step.bundle.measured[v] : 0}});
+  for (size_t v = 0; v < step.cameras.size(); ++v) {
+    json["views"].push_back({{"name", scene.views[v].name},
+                             {"group", group_of[v]},
+                             {"moved_px", RoundedOrNull(step.moved_px[v])},
+                             {"deviation_px", RoundedOrNull(step.deviation_px[v])},
+                             {"measurements", step.bundle.measured[v]}});
   }
   return json;
 }
 
-ordered_json SparsePointsJson(const Scene& scene, const std::vector<Camera>& cameras) {
+ordered_json MovedJson(const Scene& scene, const TriangleMesh& mesh,
+                       const std::vector<Camera>& cameras) {
+  const CameraErrors moved = MeasureCameraErrors(
+      cameras, SightingsOf(CamerasOf(scene), SeenPoints(mesh, scene.views)), Similarity());
+  ordered_json json = {{"px", RoundedOrNull(moved.rms_px)}, {"views", ordered_json::array()}};
+  for (size_t v = 0; v < scene.views.size(); ++v) {
+    json["views"].push_back(
+        {{"name", scene.views[v].name}, {"px", RoundedOrNull(moved.view_px[v])}});
+  }
+  return json;
+}
+
+ordered_json SparsePointsJson(const Scene& scene, const Scene& seen,
+                              const std::vector<Camera>& cameras) {
   if (scene.tracks.IsEmpty()) return nullptr;
   return {{"before_px", RoundedOrNull(MedianError(scene))},
-          {"after_px", RoundedOrNull(MedianError(WithRefinedCameras(scene, cameras)))}};
+          {"after_px", RoundedOrNull(MedianError(WithRefinedCameras(seen, cameras)))}};
 }
 
 std::string WriteCameras(const Scene& scene, const std::vector<Camera>& cameras,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/cameras/track_step.h"
+#include "core/mesh/mesh.h"
 #include "core/scene/scene.h"
 
 namespace burin {
@@ -17,9 +18,14 @@ std::vector<std::string> TrackStepText(const TrackStep& step, const Scene& scene
 // `cameras.tracks` of summary.json.
 nlohmann::ordered_json TrackStepJson(const TrackStep& step, const Scene& scene);
 
+// How far cameras moved from the scene's, by view: RMS of what the mesh's image moved, pixels.
+nlohmann::ordered_json MovedJson(const Scene& scene, const TriangleMesh& mesh,
+                                 const std::vector<Camera>& cameras);
+
 // Medians over all measurements of the scene's sparse points, pixels: as they are, and with the points triangulated anew
-// by other cameras. Null where the scene has no measurements.
-nlohmann::ordered_json SparsePointsJson(const Scene& scene, const std::vector<Camera>& cameras);
+// by other cameras in `seen`: the scene, or TrackStep::seen. Null where the scene has no measurements.
+nlohmann::ordered_json SparsePointsJson(const Scene& scene, const Scene& seen,
+                                        const std::vector<Camera>& cameras);
 
 // The scene with these cameras as a COLMAP model, in `folder`/sparse (core/scene/formats/colmap.h:
 // WritePhotographedModel); sparse points that have measurements are triangulated anew. Returns what is to be said about it; empty: nothing.

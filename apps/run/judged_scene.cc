@@ -40,6 +40,7 @@ PairSelection SelectionWithout(const PairSelection& selection, const std::vector
   without.pairs = Renamed(selection.pairs, index);
   without.initial_pairs = without.pairs;
   without.held_back = Renamed(selection.held_back, index);
+  without.matching = Renamed(selection.matching, index);
   if (without.pairs.empty()) {
     throw InputError("no camera pair: every pair of pairs.file has a view that does not fit");
   }
@@ -108,15 +109,18 @@ JudgedScene JudgeAndSelect(const Scene& scene, const TriangleMesh& mesh,
       judge ? SelectOrExplain(scene, mesh, options.pairs) : SelectPairs(scene, mesh, options.pairs);
   const auto refine_cameras = [&](const Scene& of) {
     if (!options.refinement.cameras.ByTracks()) return;
-    judged.by_tracks =
-        RefineByTracks(of, mesh, judged.selection.pairs, RuleOf(options.refinement.cameras.refine));
+    const CameraUnknowns refine = options.refinement.cameras.refine;
+    judged.by_tracks = RefineByTracks(of, mesh, judged.selection.ForTracks(), RuleOf(refine),
+                                      IntrinsicsOf(refine));
   };
   refine_cameras(scene);
   if (!judge) return judged;
   judged.judged = true;
-  const bool moved = judged.by_tracks.has_value() && judged.by_tracks->kept;
-  judged.verdict = Judge(moved ? WithRefinedCameras(scene, judged.by_tracks->cameras) : scene, mesh,
-                         options.pairs, judged.selection.pairs, &judged.seconds);
+  const bool moved = judged.by_tracks.has_value() && judged.by_tracks->Kept();
+  judged.verdict =
+      Judge(moved ? WithRefinedCameras(judged.by_tracks->SeenOr(scene), judged.by_tracks->cameras)
+                  : scene,
+            mesh, options.pairs, judged.selection.pairs, &judged.seconds);
   if (judged.verdict.verdict == Verdict::kWrong) {
     judged.stop = wanted.action == VerdictAction::kStop;
     if (!judged.stop) judged.lines.push_back("this cannot be right: " + judged.verdict.reason);

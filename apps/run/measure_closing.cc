@@ -70,22 +70,23 @@ std::vector<CameraPair> OnePairEach(const std::vector<CameraPair>& pairs) {
 }
 
 // From small images to those of the finest level, until something can be said.
-void Compare(const Scene& scene, const TriangleMesh& input, const PairSelection& selection,
-             const LevelOptions& level, const PhotometricOptions& photo, const RefinementEnd& end,
-             ClosingFigures* figures) {
+void Compare(const Scene& scene, const Scene& seen, const TriangleMesh& input,
+             const PairSelection& selection, const LevelOptions& level,
+             const PhotometricOptions& photo, const RefinementEnd& end, ClosingFigures* figures) {
   const bool squares = selection.held_back.empty();
   figures->judged_by = squares ? "squares" : "pairs";
   const std::vector<CameraPair> used =
       squares ? OnePairEach(selection.pairs) : std::vector<CameraPair>();
   const TriangleMesh start{end.input_position, end.mesh->faces};
-  const NormalizedWorld world = NormalizedWorld::Of(scene, input);
+  const NormalizedWorld world = NormalizedWorld::Of(seen, input);
   LevelOptions small = level;
   small.count = 1 + kHalvings;
-  const ViewLevels levels(scene, input, small);
+  const ViewLevels levels(seen, input, small);
   for (int at = levels.Coarsest(selection.pairs, selection.held_back); at >= level.finest; --at) {
-    const auto scores = [&](const std::vector<Camera>& cameras, const TriangleMesh& mesh) {
+    const auto scores = [&](const Scene& by, const std::vector<Camera>& cameras,
+                            const TriangleMesh& mesh) {
       std::vector<LevelView> views =
-          MakeLevelViews(scene, cameras, levels.At(at), world.origin, 1 / world.footprint);
+          MakeLevelViews(by, cameras, levels.At(at), world.origin, 1 / world.footprint);
       PhotometricEnergy photometric(photo, squares);
       const std::vector<CameraPair> used_here = TakingPart(used, views);
       const std::vector<CameraPair> held_back_here = TakingPart(selection.held_back, views);
@@ -98,8 +99,8 @@ void Compare(const Scene& scene, const TriangleMesh& input, const PairSelection&
       figures->height = name.height;
       return held_back.ScoresOf(mesh);
     };
-    const std::vector<FacetScore> before = scores(CamerasOf(scene), start);
-    figures->held_back = CompareScores(before, scores(*end.cameras, *end.mesh));
+    const std::vector<FacetScore> before = scores(scene, CamerasOf(scene), start);
+    figures->held_back = CompareScores(before, scores(seen, *end.cameras, *end.mesh));
     if (figures->held_back->Known()) break;
   }
 }
@@ -157,7 +158,7 @@ std::vector<Disagreement> Disagreements(const PhotometricOptions& photo,
 
 }  // namespace
 
-ClosingFigures MeasureClosing(const Scene& scene, const TriangleMesh& input,
+ClosingFigures MeasureClosing(const Scene& scene, const Scene& seen, const TriangleMesh& input,
                               const PairSelection& selection, const LevelOptions& level,
                               const PhotometricOptions& photo, bool squares_were_left_out,
                               const RefinementEnd& end, const VertexQuality& quality) {
@@ -165,7 +166,7 @@ ClosingFigures MeasureClosing(const Scene& scene, const TriangleMesh& input,
   ClosingFigures figures;
   figures.moved = end.mesh->vertices != end.input_position;
   if (!selection.held_back.empty() || squares_were_left_out) {
-    Compare(scene, input, selection, level, photo, end, &figures);
+    Compare(scene, seen, input, selection, level, photo, end, &figures);
   }
   const std::vector<double> areas = VertexAreas(*end.mesh);
   double whole = 0;

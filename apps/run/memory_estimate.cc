@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/cameras/intrinsics.h"
 #include "core/refine/view_levels.h"
 #include "core/support/parallel.h"
 #include "core/visibility/facet_pencil.h"
@@ -298,9 +299,12 @@ MemoryEstimate EstimateMemory(const Scene& scene, const TriangleMesh& mesh,
   const double partners =
       recipe.method == PairsMethod::kAll ? others : std::min<double>(recipe.per_camera, others);
   std::vector<double> full_pixels;  // by view
+  const bool lenses = IntrinsicsOf(options.refinement.cameras.refine) != IntrinsicUnknowns::kNone;
   for (const View& view : scene.views) {
     full_pixels.push_back(static_cast<double>(view.camera.width) * view.camera.height);
     load.scene_bytes += full_pixels.back();
+    // Photograph and mask that a refined lens undistorts again.
+    if (lenses && !view.origin.lens.IsNone()) load.held_bytes += 2 * full_pixels.back();
   }
   // 8 bits unless the images are here and have more.
   if (!scene.views.empty() && !scene.views[0].gray.empty()) {

@@ -6,6 +6,7 @@
 
 #include "apps/run/free_space_output.h"
 #include "apps/run/measure_closing.h"
+#include "core/cameras/lens_change.h"
 #include "core/cameras/refined_scene.h"
 #include "core/support/error.h"
 #include "core/support/parallel.h"
@@ -71,6 +72,11 @@ void PipelineOptions::Check() const {
     throw InputError("photo.window = " + std::to_string(photo.window) + ": must be odd");
   }
   pairs.Check();
+  const CamerasOptions& cameras = refinement.cameras;
+  if (IntrinsicsOf(cameras.refine) != IntrinsicUnknowns::kNone && !cameras.ByTracks()) {
+    throw InputError("cameras.steps = joint: moves poses only; cameras.refine = " +
+                     std::string(NameOf(cameras.refine)) + " needs tracks or both");
+  }
 }
 
 namespace {
@@ -143,18 +149,27 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
       parts.selection != nullptr ? *parts.selection : SelectPairs(scene, mesh, checked.pairs);
   result.selection_seconds = watch.Seconds();
   RefinementParts refinement;
+  const CameraUnknowns unknowns = checked.refinement.cameras.refine;
   if (checked.refinement.cameras.refine != CameraUnknowns::kNone) {
     if (parts.start != nullptr) {
       refinement.cameras = parts.start->summary.first_cameras;
+      refinement.lenses = parts.start->summary.lenses;
+      if (!refinement.lenses.empty()) {
+        result.seen = std::make_shared<const Scene>(
+            WithIntrinsics(scene, refinement.cameras, refinement.lenses));
+      }
     } else if (checked.refinement.cameras.ByTracks()) {
       result.by_tracks = parts.by_tracks != nullptr
                              ? *parts.by_tracks
-                             : RefineByTracks(scene, mesh, result.selection.pairs,
-                                              RuleOf(checked.refinement.cameras.refine));
+                             : RefineByTracks(scene, mesh, result.selection.ForTracks(),
+                                              RuleOf(unknowns), IntrinsicsOf(unknowns));
       refinement.cameras = result.by_tracks->cameras;
+      result.seen = result.by_tracks->seen;
+      if (result.seen != nullptr) refinement.lenses = result.by_tracks->bundle.lenses;
       if (parts.on_cameras) parts.on_cameras(*result.by_tracks);
     }
   }
+  const Scene& seen = result.SeenOr(scene);
   // What tracks find nothing wrong with, the joint rounds leave alone.
   CamerasOptions& cameras = checked.refinement.cameras;
   if (cameras.refine == CameraUnknowns::kAuto && cameras.ByTracks() &&
@@ -165,9 +180,9 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
   const TriangleMesh* refined = &mesh;
   if (checked.surface.free_space != FreeSpaceAction::kKeep) {
     const Stopwatch free_space_watch;
-    result.free_space = FindFreeSpace(AreCamerasOf(scene, refinement.cameras)
-                                          ? scene
-                                          : WithRefinedCameras(scene, refinement.cameras),
+    result.free_space = FindFreeSpace(AreCamerasOf(seen, refinement.cameras)
+                                          ? seen
+                                          : WithRefinedCameras(seen, refinement.cameras),
                                       mesh, result.selection.pairs);
     result.free_space_seconds = free_space_watch.Seconds();
     if (!result.free_space.patches.empty()) {
@@ -191,12 +206,13 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
       const VertexQuality quality =
           MeasureVertexQuality(*end.mesh, &photometric.RoundOf(*end.terms));
       result.quality = QualityScalars(end, quality);
-      result.closing = MeasureClosing(scene, *refined, result.selection, checked.refinement.level,
-                                      checked.photo, judged && held_back.empty(), end, quality);
+      result.closing =
+          MeasureClosing(scene, seen, *refined, result.selection, checked.refinement.level,
+                         checked.photo, judged && held_back.empty(), end, quality);
       if (parts.observers.on_end) parts.observers.on_end(end);
     };
   }
-  result.mesh = Refine(scene, *refined, result.selection.pairs, checked.refinement, refinement,
+  result.mesh = Refine(seen, *refined, result.selection.pairs, checked.refinement, refinement,
                        observers, &result.refinement, parts.start);
   if (parts.measure_quality) {
     result.seen_with_part =

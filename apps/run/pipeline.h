@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -98,9 +99,12 @@ struct PipelineResult {
   std::optional<ClosingFigures> closing;  // likewise
   std::vector<char> seen_with_part;       // likewise, by vertex of the mesh given: see SeenWithPart
   std::optional<TrackStep> by_tracks;     // the one that was made in this run
+  std::shared_ptr<const Scene> seen;      // TrackStep::seen of the run; null: as given
   FreeSpace free_space;  // of the mesh given; no patches with surface.free_space keep
   double selection_seconds = 0;
   double free_space_seconds = 0;
+
+  const Scene& SeenOr(const Scene& scene) const { return seen != nullptr ? *seen : scene; }
 };
 
 // What a caller may bring to a run. Nothing is owned.

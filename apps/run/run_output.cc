@@ -131,7 +131,9 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
       cameras["tracks"] = nlohmann::ordered_json::parse(inputs.cameras);
     }
     if (!result.refinement.cameras.empty()) {
-      cameras["sparse_points"] = SparsePointsJson(used, result.refinement.cameras);
+      cameras["moved"] = MovedJson(used, *inputs.mesh, result.refinement.cameras);
+      cameras["sparse_points"] =
+          SparsePointsJson(used, result.SeenOr(used), result.refinement.cameras);
     }
   }
   json["closing"] = result.closing.has_value() ? ClosingJson(*result.closing) : nullptr;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <memory>
 
+#include "core/cameras/intrinsics_solve.h"
 #include "core/scene/camera_pose.h"
 #include "core/support/median.h"
 
@@ -39,16 +40,15 @@ struct Reprojection {
 // W (pose - start).
 struct PosePrior {
   CameraPose start;
-  double rotation_weight;  // per radian
-  double center_weight;    // per world unit
+  PriorWeights weights;
   template <typename T>
   bool operator()(const T* pose, T* residuals) const {
     const Eigen::Map<const Eigen::Quaternion<T>> now(pose);
     const Eigen::Map<const Eigen::Quaterniond> was(start.rotation);
     const Eigen::Quaternion<T> turned = now * was.conjugate().cast<T>();
     for (int k = 0; k < 3; ++k) {
-      residuals[k] = 2.0 * rotation_weight * turned.coeffs()[k];
-      residuals[3 + k] = center_weight * (pose[4 + k] - start.center[k]);
+      residuals[k] = 2.0 * weights.rotation * turned.coeffs()[k];
+      residuals[3 + k] = weights.center * (pose[4 + k] - start.center[k]);
     }
     return true;
   }
@@ -114,7 +114,8 @@ double LossOf(const MeshTracks& found, const std::vector<Camera>& cameras, size_
 
 class BundleProblem {
  public:
-  BundleProblem(const Scene& scene, const MeshTracks& found) : found_(found) {
+  BundleProblem(const Scene& scene, const MeshTracks& found, IntrinsicUnknowns unknowns)
+      : found_(found), intrinsics_(scene, found, unknowns) {
     for (const View& view : scene.views) {
       cameras_.push_back(view.camera);
       poses_.push_back(PoseOf(view.camera));
@@ -133,6 +134,7 @@ class BundleProblem {
       }
     }
     bundle.tracks = static_cast<int>(used_.size());
+    intrinsics_.HoldUndetermined(bundle.measured);
     double loss = LossScale(&bundle.median_before);
     bundle.median_after = bundle.median_before;
     if (!used_.empty()) {
@@ -145,6 +147,7 @@ class BundleProblem {
     }
     bundle.sigma = sigma_;
     bundle.cameras = cameras_;
+    intrinsics_.Report(sigma_, &bundle.lenses, &bundle.shared);
     return bundle;
   }
 
@@ -173,7 +176,11 @@ class BundleProblem {
       for (const Measurement& measured : found_.tracks.Of(p)) {
         Residual residual;
         const double pixel = found_.pixel[measured.view];
-        if (!ResidualOf(cameras_[measured.view], measured, pixel, points_[p], &residual)) continue;
+        if (intrinsics_.AreFreeIn(measured.view)) {
+          residual.value = intrinsics_.Offset(poses_[measured.view], points_[p], measured) / pixel;
+        } else if (!ResidualOf(cameras_[measured.view], measured, pixel, points_[p], &residual)) {
+          continue;
+        }
         distances.push_back(residual.value.norm());
         pixels.push_back(distances.back() * pixel);
         coordinates.push_back(std::abs(residual.value.x()));
@@ -182,8 +189,18 @@ class BundleProblem {
     }
     if (distances.empty()) return kFinestLossPx;
     *median_px = Median(pixels);
-    sigma_ = 1.4826 * Median(coordinates);
+    const auto known = static_cast<double>(coordinates.size());
+    const double free = std::max(1.0, known - Unknowns());
+    sigma_ = 1.4826 * Median(coordinates) * std::sqrt(known / free);
     return std::max(kFinestLossPx, kMedians * Median(distances));
+  }
+
+  // Of points and views, less the freedoms of every group's world.
+  double Unknowns() const {
+    const auto& of_view = found_.groups.of_view;
+    const auto held = std::count(of_view.begin(), of_view.end(), -1);
+    return 3 * static_cast<double>(used_.size()) + 6 * static_cast<double>(of_view.size() - held) -
+           7.0 * found_.groups.count;
   }
 
   void SolveOnce(double loss, const std::vector<int>& measured_in) {
@@ -198,24 +215,26 @@ class BundleProblem {
     for (const size_t p : used_) {
       for (const Measurement& measured : found_.tracks.Of(p)) {
         const int v = measured.view;
-        auto* cost = new ceres::AutoDiffCostFunction<Reprojection, 2, 7, 3>(
-            new Reprojection{start_[v], measured.image_point, found_.pixel[v]});
-        problem.AddResidualBlock(cost, &cauchy, poses_[v].data(), points_[p].data());
+        if (intrinsics_.AreFreeIn(v)) {
+          intrinsics_.Add(measured, &cauchy, &poses_[v], &points_[p], &problem);
+        } else {
+          auto* cost = new ceres::AutoDiffCostFunction<Reprojection, 2, 7, 3>(
+              new Reprojection{start_[v], measured.image_point, found_.pixel[v]});
+          problem.AddResidualBlock(cost, &cauchy, poses_[v].data(), points_[p].data());
+        }
         depth[v] += cameras_[v].Depth(points_[p]);
       }
       ordering->AddElementToGroup(points_[p].data(), 0);
     }
     for (size_t v = 0; v < cameras_.size(); ++v) {
       if (measured_in[v] == 0) continue;
-      const double focal = std::sqrt(start_[v].fx * start_[v].fy);
-      const double per_unit = focal / std::max(1e-300, std::abs(depth[v] / measured_in[v]));
       auto* prior = new ceres::AutoDiffCostFunction<PosePrior, 6, 7>(
-          new PosePrior{PoseOf(start_[v]), focal / kPriorPx, per_unit / kPriorPx});
+          new PosePrior{PoseOf(start_[v]), PriorOf(start_[v], depth[v] / measured_in[v])});
       problem.AddResidualBlock(prior, nullptr, poses_[v].data());
       problem.SetManifold(poses_[v].data(), &manifold);
       ordering->AddElementToGroup(poses_[v].data(), 1);
-      if (measured_in[v] < kFewestMeasurements) problem.SetParameterBlockConstant(poses_[v].data());
     }
+    intrinsics_.AddPriors(&problem, ordering.get());
     ceres::Solver::Options options;
     options.linear_solver_type =
         static_cast<int>(cameras_.size()) > kDenseViews ? ceres::SPARSE_SCHUR : ceres::DENSE_SCHUR;
@@ -227,6 +246,8 @@ class BundleProblem {
     ceres::Solve(options, &problem, &summary);
     if (!summary.IsSolutionUsable()) return;
     for (size_t v = 0; v < cameras_.size(); ++v) SetPose(poses_[v], &cameras_[v]);
+    intrinsics_.Take(&cameras_);
+    if (loss <= kFinestLossPx) intrinsics_.FindDeviations(&problem);
   }
 
   const MeshTracks& found_;
@@ -235,6 +256,7 @@ class BundleProblem {
   std::vector<CameraPose> poses_;
   std::vector<Eigen::Vector3d> points_;
   std::vector<size_t> used_;
+  IntrinsicsSolve intrinsics_;
   double sigma_ = 0;
 };
 
@@ -265,14 +287,21 @@ bool Triangulate(const std::vector<Camera>& cameras, const Tracks::Range& track,
   return at.allFinite();
 }
 
-TrackAgreement CompareKeptOut(const MeshTracks& tracks, const std::vector<Camera>& before,
+PriorWeights PriorOf(const Camera& camera, double depth) {
+  const double focal = std::sqrt(camera.fx * camera.fy);
+  return {focal / kPriorPx, focal / std::max(1e-300, std::abs(depth)) / kPriorPx};
+}
+
+TrackAgreement CompareKeptOut(int group, const MeshTracks& tracks_before,
+                              const std::vector<Camera>& before, const MeshTracks& tracks_after,
                               const std::vector<Camera>& after) {
   TrackAgreement agreement;
   std::vector<double> changes;
-  for (size_t p = 0; p < tracks.tracks.PointCount(); ++p) {
-    if (!IsKeptOut(p)) continue;
-    const double loss_before = LossOf(tracks, before, p);
-    const double loss_after = LossOf(tracks, after, p);
+  for (size_t p = 0; p < tracks_before.tracks.PointCount(); ++p) {
+    const int first = tracks_before.tracks.Of(p).first->view;
+    if (!IsKeptOut(p) || tracks_before.groups.of_view[first] != group) continue;
+    const double loss_before = LossOf(tracks_before, before, p);
+    const double loss_after = LossOf(tracks_after, after, p);
     if (loss_before < 0 || loss_after < 0) continue;
     agreement.before += loss_before;
     agreement.after += loss_after;
@@ -291,8 +320,8 @@ TrackAgreement CompareKeptOut(const MeshTracks& tracks, const std::vector<Camera
   return agreement;
 }
 
-Bundle AdjustBundle(const Scene& scene, const MeshTracks& tracks) {
-  return BundleProblem(scene, tracks).Solve();
+Bundle AdjustBundle(const Scene& scene, const MeshTracks& tracks, IntrinsicUnknowns unknowns) {
+  return BundleProblem(scene, tracks, unknowns).Solve();
 }
 
 }  // namespace burin

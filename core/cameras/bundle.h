@@ -3,20 +3,26 @@
 //
 //   sum over measurements  rho( | pi_v(X) - x |^2 / s_v^2 )
 //   + sum over views       1/2 | W_v (pose_v - pose_v at the start) |^2
+//   + sum over cameras     1/2 | q / kPriorPx |^2
 //
 // X: the track's point, free. rho: Cauchy's, its scale from 1.5 medians of the residuals down to half a pixel of the
 // images that were searched (s_v pixels of the photograph). W_v: a prior of kPriorPx pixels at the surface for rotation
-// and centre each, so that weak modes do not run away. A view with less than kFewestMeasurements stays. The result has a
-// world of its own: to put it into the input's frame is the caller's.
+// and centre each, so that weak modes do not run away. Views of no group (core/cameras/view_groups.h) stay. Every group has
+// a world of its own: to put them into the input's frame is the caller's.
+//
+// q: what is refined of the intrinsics, each in pixels (core/cameras/intrinsics.h). Residuals of photographs whose intrinsics are refined
+// are in the photograph, through its lens (core/cameras/lens_reprojection.h): the measurements, found in the image that the lens of the
+// scene undistorts, are taken there. A camera with less than kFewestForIntrinsics measurements keeps its intrinsics.
 //
 // Every fifth track is kept out. What the cameras are worth is how well these agree before and after, each
 // triangulated anew by either cameras.
 //
-// Held constant: intrinsics, measurements. One thread: the same bytes on any number of them.
+// Held constant: intrinsics that are not refined, measurements. One thread: the same bytes on any number of them.
 #pragma once
 
 #include <vector>
 
+#include "core/cameras/intrinsics.h"
 #include "core/cameras/mesh_tracks.h"
 #include "core/scene/camera.h"
 #include "core/scene/scene.h"
@@ -25,7 +31,6 @@ namespace burin {
 
 constexpr double kPriorPx = 30;
 constexpr double kFinestLossPx = 0.5;  // of the images searched
-constexpr int kFewestMeasurements = 12;
 
 // Of tracks that were kept out: the mean over their measurements of the loss, in pixels of the images searched: 1/2 r^2 for small r.
 struct TrackAgreement {
@@ -39,19 +44,32 @@ struct TrackAgreement {
 };
 
 struct Bundle {
-  std::vector<Camera> cameras;  // of the scene's views
-  int tracks = 0;               // used
+  std::vector<Camera> cameras;           // of the scene's views
+  std::vector<Lens> lenses;              // likewise; empty: no intrinsics are refined
+  std::vector<SharedIntrinsics> shared;  // likewise
+  int tracks = 0;                        // used
   int measurements = 0;
   std::vector<int> measured;  // of every view, those used
   double median_before = 0;   // distance of a measurement from its point, pixels of the photograph
   double median_after = 0;
-  double sigma = 0;  // of a measurement's coordinate after, pixels of the images searched, robust
+  // Of a measurement's coordinate after, pixels of the images searched: robust, for what the unknowns leave free.
+  double sigma = 0;
 };
 
-Bundle AdjustBundle(const Scene& scene, const MeshTracks& tracks);
+// Square roots of what the prior weighs, by radian of rotation and world unit of centre, for a view at a mean depth.
+struct PriorWeights {
+  double rotation = 0;
+  double center = 0;
+};
+PriorWeights PriorOf(const Camera& camera, double depth);
 
-// Of the tracks that AdjustBundle() does not use.
-TrackAgreement CompareKeptOut(const MeshTracks& tracks, const std::vector<Camera>& before,
+Bundle AdjustBundle(const Scene& scene, const MeshTracks& tracks,
+                    IntrinsicUnknowns unknowns = IntrinsicUnknowns::kNone);
+
+// Of the tracks of a group that AdjustBundle() does not use, by the cameras before and after, whose images have them at
+// `tracks_before` and `tracks_after`.
+TrackAgreement CompareKeptOut(int group, const MeshTracks& tracks_before,
+                              const std::vector<Camera>& before, const MeshTracks& tracks_after,
                               const std::vector<Camera>& after);
 
 // The point that a track's measurements make with these cameras, starting from the rays' nearest; robust as

@@ -16,7 +16,7 @@ namespace {
 constexpr int kPlaces = 30'000;       // of all views together, about
 constexpr int kMostPlaces = 600;      // a view
 constexpr int kFewestPlaces = 150;    // a view
-constexpr int kFewestMatches = 2;     // beside the window itself
+constexpr int kFewestMatches = 1;     // beside the window itself
 constexpr double kLeastScore = 0.7;   // ZNCC
 constexpr double kLeastLead = 0.05;   // over the next best place
 constexpr double kLeastCosine = 0.7;  // of the parallax: 45 degrees
@@ -49,10 +49,11 @@ std::optional<Eigen::Vector2d> MatchPlace(const TriangleMesh& mesh, const SmallV
 
 MeshTracks FindMeshTracks(const Scene& scene, const TriangleMesh& mesh,
                           const std::vector<CameraPair>& pairs, int largest_side_px) {
-  const std::vector<CameraPair> used = FirstPartners(scene, pairs);
+  const std::vector<CameraPair> used = FirstPartners(scene, pairs, kMatchingPartners);
   const auto view_count = static_cast<int>(scene.views.size());
   MeshTracks found;
   found.pixel.assign(view_count, 1);
+  found.groups.of_view.assign(view_count, -1);
   if (used.empty()) return found;
   std::vector<std::vector<int>> pairs_of(view_count);  // by second view
   std::vector<char> any(view_count, 0);
@@ -94,15 +95,19 @@ MeshTracks FindMeshTracks(const Scene& scene, const TriangleMesh& mesh,
       of_place[used[p].reference][match.place].push_back({match.image_point, used[p].second});
     }
   }
+  std::vector<Eigen::Vector3d> points;
   for (int i = 0; i < view_count; ++i) {
     for (size_t k = 0; k < places[i].size(); ++k) {
       if (static_cast<int>(of_place[i][k].size()) < kFewestMatches) continue;
-      found.points.push_back(places[i][k].point);
+      points.push_back(places[i][k].point);
       found.tracks.BeginPoint();
       found.tracks.Add({views[i].InPhotograph(places[i][k].at), i});
       for (const Measurement& measured : of_place[i][k]) found.tracks.Add(measured);
     }
   }
+  std::vector<int> kept;
+  found.groups = GroupViews(view_count, &found.tracks, &kept);
+  for (const int p : kept) found.points.push_back(points[p]);
   return found;
 }
 

@@ -48,6 +48,32 @@ Eigen::Matrix<double, 6, 7> Freedoms(const Camera& camera, const Eigen::Vector3d
   return z;
 }
 
+// M Z of the views that have a place, in columns of one size: a turn, a shift and a growth have different units.
+Eigen::MatrixXd HeldFreedoms(const std::vector<Camera>& cameras, const std::vector<int>& views,
+                             const std::vector<std::vector<Eigen::Vector3d>>& surface,
+                             const std::vector<int>& place, const std::vector<Matrix6>& moves,
+                             int unknowns) {
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  size_t points = 0;
+  for (const int v : views) {
+    for (const Eigen::Vector3d& point : surface[v]) middle += point;
+    points += surface[v].size();
+  }
+  middle /= static_cast<double>(std::max<size_t>(1, points));
+  Eigen::MatrixXd freedoms = Eigen::MatrixXd::Zero(unknowns, 7);
+  Eigen::MatrixXd held = Eigen::MatrixXd::Zero(unknowns, 7);
+  for (const int v : views) {
+    if (place[v] < 0) continue;
+    freedoms.middleRows<6>(place[v]) = Freedoms(cameras[v], middle);
+    held.middleRows<6>(place[v]) = moves[v] * freedoms.middleRows<6>(place[v]);
+  }
+  for (int k = 0; k < 7; ++k) {
+    const double squared = freedoms.col(k).dot(held.col(k));
+    if (squared > 0) held.col(k) /= std::sqrt(squared);
+  }
+  return held;
+}
+
 }  // namespace
 
 std::vector<double> PoseDeviations(const std::vector<Camera>& cameras, const MeshTracks& tracks,
@@ -57,12 +83,8 @@ std::vector<double> PoseDeviations(const std::vector<Camera>& cameras, const Mes
   std::vector<double> deviations(count, std::numeric_limits<double>::quiet_NaN());
   std::vector<int> place(count, -1);  // of the views that have measurements
   int unknowns = 0;
-  std::vector<int> measured_in(count, 0);
-  for (size_t p = 0; p < tracks.tracks.PointCount(); ++p) {
-    for (const Measurement& measured : tracks.tracks.Of(p)) ++measured_in[measured.view];
-  }
   for (size_t v = 0; v < count; ++v) {
-    if (measured_in[v] < kFewestMeasurements || surface[v].empty()) continue;
+    if (tracks.groups.of_view[v] < 0 || surface[v].empty()) continue;
     place[v] = unknowns;
     unknowns += 6;
   }
@@ -99,34 +121,29 @@ std::vector<double> PoseDeviations(const std::vector<Camera>& cameras, const Mes
       }
     }
   }
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  size_t points = 0;
-  for (size_t v = 0; v < count; ++v) {
-    for (const Eigen::Vector3d& point : surface[v]) middle += point;
-    points += surface[v].size();
-  }
-  middle /= static_cast<double>(points);
-  Eigen::MatrixXd freedoms(unknowns, 7);
-  Eigen::MatrixXd held(unknowns, 7);  // M Z
   std::vector<Matrix6> moves(count, Matrix6::Zero());
   for (size_t v = 0; v < count; ++v) {
     if (place[v] < 0) continue;
+    double depth = 0;
     for (const Eigen::Vector3d& point : surface[v]) {
       Matrix26 by_pose;
       Matrix23 by_point;
       Derivatives(cameras[v], point, &by_pose, &by_point);
       moves[v] += by_pose.transpose() * by_pose;
+      depth += cameras[v].Depth(point);
     }
-    moves[v] /= static_cast<double>(surface[v].size());
-    freedoms.middleRows<6>(place[v]) = Freedoms(cameras[v], middle);
-    held.middleRows<6>(place[v]) = moves[v] * freedoms.middleRows<6>(place[v]);
+    const auto points = static_cast<double>(surface[v].size());
+    moves[v] /= points;
+    const PriorWeights prior = PriorOf(cameras[v], depth / points);
+    const Eigen::Vector3d one = Eigen::Vector3d::Ones();
+    reduced.diagonal().segment<3>(place[v]) += prior.rotation * prior.rotation * one;
+    reduced.diagonal().segment<3>(place[v] + 3) += prior.center * prior.center * one;
   }
-  // Columns of one size: a turn, a shift and a growth have different units.
-  for (int k = 0; k < 7; ++k) {
-    const double squared = freedoms.col(k).dot(held.col(k));
-    if (squared > 0) held.col(k) /= std::sqrt(squared);
+  for (int group = 0; group < tracks.groups.count; ++group) {
+    const Eigen::MatrixXd held =
+        HeldFreedoms(cameras, tracks.groups.ViewsOf(group), surface, place, moves, unknowns);
+    reduced += kHeld * (held * held.transpose());
   }
-  reduced += kHeld * (held * held.transpose());
   const Eigen::LDLT<Eigen::MatrixXd> factor(reduced);
   if (factor.info() != Eigen::Success) return deviations;
   for (size_t v = 0; v < count; ++v) {

@@ -14,7 +14,6 @@
 namespace burin {
 namespace {
 
-constexpr int kPartners = 4;            // of a view that are looked at
 constexpr int kGradient = 3;            // Sobel's size
 constexpr double kLeastCosine = 0.17;   // between normal and view: 80 degrees
 constexpr double kSmallestWarp = 0.15;  // area that a window's pixel covers in the other view
@@ -131,7 +130,8 @@ std::vector<int> PlacesSeenFrom(const FacetRays& rays, const SmallView& j,
   return seen;
 }
 
-std::vector<CameraPair> FirstPartners(const Scene& scene, const std::vector<CameraPair>& pairs) {
+std::vector<CameraPair> FirstPartners(const Scene& scene, const std::vector<CameraPair>& pairs,
+                                      int count) {
   std::vector<int> partners(scene.views.size(), 0);
   const auto large_enough = [&](int view) {
     const Camera& camera = scene.views[view].camera;
@@ -140,7 +140,7 @@ std::vector<CameraPair> FirstPartners(const Scene& scene, const std::vector<Came
   std::vector<CameraPair> first;
   for (const CameraPair& pair : pairs) {
     if (!large_enough(pair.reference) || !large_enough(pair.second)) continue;
-    if (partners[pair.reference]++ < kPartners) first.push_back(pair);
+    if (partners[pair.reference]++ < count) first.push_back(pair);
   }
   return first;
 }

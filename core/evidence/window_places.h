@@ -47,9 +47,12 @@ struct WindowPlace {
 std::vector<WindowPlace> PlacesOf(const TriangleMesh& mesh, const SmallView& view, int index,
                                   int count);
 
-// The first four partners that `pairs` gives each view, in their order; photographs with less than
+constexpr int kFirstPartners = 4;
+
+// The first partners that `pairs` gives each view, in their order; photographs with less than
 // kLeastSidePx take no part.
-std::vector<CameraPair> FirstPartners(const Scene& scene, const std::vector<CameraPair>& pairs);
+std::vector<CameraPair> FirstPartners(const Scene& scene, const std::vector<CameraPair>& pairs,
+                                      int count = kFirstPartners);
 
 // Those of `places` that view j has inside, unmasked and not hidden by the mesh, by their index. `facing`:
 // FacingFacets() of j's centre.

@@ -33,6 +33,7 @@ RefinementState FirstState(const RefinementTask& task, const TriangleMesh& input
   state.summary.footprint = task.world.footprint;
   state.summary.cameras = task.parts.cameras.empty() ? CamerasOf(task.scene) : task.parts.cameras;
   state.summary.first_cameras = state.summary.cameras;
+  state.summary.lenses = task.parts.lenses;
   return state;
 }
 

@@ -18,6 +18,8 @@ struct RefinementParts {
   std::vector<EnergyTerm*> terms;
   // Of the scene's views, to start with; empty: as the scene has them.
   std::vector<Camera> cameras;
+  // Of the scene's views where `cameras` have refined intrinsics; else empty. It goes to RefinementSummary::lenses only.
+  std::vector<Lens> lenses;
   // Decides after every level; null: every level stands.
   LevelJudge* judge = nullptr;
   // Solves a round in place of options.solver.type; the refinement goes on with what it returns. It may

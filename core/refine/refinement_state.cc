@@ -49,8 +49,9 @@ void from_json(const nlohmann::json& json, Camera& camera) {  // NOLINT: nlohman
   for (size_t k = 0; k < 9; ++k) json.at(7 + k).get_to(camera.rotation.data()[k]);
   for (size_t k = 0; k < 3; ++k) json.at(16 + k).get_to(camera.translation[static_cast<int>(k)]);
 }
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RefinementSummary, footprint, first_cameras, cameras, levels,
-                                   seconds)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Lens, brown, measured)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RefinementSummary, footprint, first_cameras, cameras, lenses,
+                                   levels, seconds)
 
 namespace {
 
@@ -137,6 +138,7 @@ RefinementState StateFromBytes(const std::vector<uint8_t>& bytes) {
   CheckSize("was_supported", state.was_supported.size(), vertices);
   const size_t cameras = state.summary.cameras.size();
   CheckSize("first_cameras", state.summary.first_cameras.size(), cameras);
+  if (!state.summary.lenses.empty()) CheckSize("lenses", state.summary.lenses.size(), cameras);
   if (faces > 0) CheckIndices("faces", state.mesh.faces[0].data(), 3 * faces, vertices);
   if (state.round > 0) {
     CheckSize("level_start", state.level_start.vertices.size(), vertices);

@@ -12,6 +12,7 @@
 #include "core/refine/crossing_guard.h"
 #include "core/refine/local_guard.h"
 #include "core/scene/camera.h"
+#include "core/scene/undistort.h"
 #include "core/solve/solver_strategy.h"
 
 namespace burin {
@@ -74,6 +75,8 @@ struct RefinementSummary {
   // Of the scene's views, caller's world: as the refinement began, and as they are now.
   std::vector<Camera> first_cameras;
   std::vector<Camera> cameras;
+  // What the photographs were undistorted by when the intrinsics of `first_cameras` were refined; empty: as the scene has them.
+  std::vector<Lens> lenses;
   std::vector<LevelSummary> levels;
   double seconds = 0;
 };

@@ -51,6 +51,10 @@ struct Camera {
   // with the geometric mean of fx and fy.
   double Footprint(const Eigen::Vector3d& point) const { return Depth(point) / std::sqrt(fx * fy); }
 
+  bool HasIntrinsicsOf(const Camera& other) const {
+    return fx == other.fx && fy == other.fy && cx == other.cx && cy == other.cy;
+  }
+
   // The 3x4 matrix P = K [R | t].
   Eigen::Matrix<double, 3, 4> ProjectionMatrix() const;
 

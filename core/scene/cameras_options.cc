@@ -3,10 +3,12 @@
 namespace burin {
 
 void CamerasOptions::Describe(OptionSet* set) {
-  set->Add("cameras.refine", &refine,
-           "What of the cameras is refined with the surface: none; poses = rotation and centre of "
-           "every view; auto = poses, where tracks tell that they are better by more than they are "
-           "uncertain");
+  set->Add(
+      "cameras.refine", &refine,
+      "What of the cameras is refined with the surface: none; poses = rotation and centre of "
+      "every view; poses_focal = also a factor of focal length a camera; poses_intrinsics = also "
+      "focal length, principal point and the distortion that the camera model has; auto = poses, "
+      "where tracks tell that they are better by more than they are uncertain");
   set->Add("cameras.steps", &steps,
            "How: tracks = before the first level, over tracks of windows matched through the mesh; "
            "joint = with the surface, in the photometric energy of rounds; both");

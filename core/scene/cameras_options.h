@@ -6,12 +6,16 @@
 
 namespace burin {
 
-// kAuto: poses, where they are known to be better; kPoses: wherever they are not known to be worse.
-enum class CameraUnknowns { kNone, kAuto, kPoses };
+// kAuto: poses, where they are known to be better; kPoses: wherever they are not known to be worse, and so the next two:
+// kPosesFocal with a factor of the focal lengths of every camera, kPosesIntrinsics with its principal point and the
+// coefficients of its lens too.
+enum class CameraUnknowns { kNone, kAuto, kPoses, kPosesFocal, kPosesIntrinsics };
 inline Choices<CameraUnknowns> ChoicesOf(CameraUnknowns) {
   return {{CameraUnknowns::kNone, "none"},
           {CameraUnknowns::kAuto, "auto"},
-          {CameraUnknowns::kPoses, "poses"}};
+          {CameraUnknowns::kPoses, "poses"},
+          {CameraUnknowns::kPosesFocal, "poses_focal"},
+          {CameraUnknowns::kPosesIntrinsics, "poses_intrinsics"}};
 }
 
 // kTracks: before the first level, over tracks through the mesh (core/cameras/track_step.h). kJoint: with the surface, in rounds

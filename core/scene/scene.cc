@@ -14,7 +14,8 @@ std::vector<Camera> CamerasOf(const Scene& scene) {
 bool AreCamerasOf(const Scene& scene, const std::vector<Camera>& cameras) {
   for (size_t v = 0; v < cameras.size(); ++v) {
     const Camera& camera = scene.views[v].camera;
-    if (camera.rotation != cameras[v].rotation || camera.translation != cameras[v].translation) {
+    if (camera.rotation != cameras[v].rotation || camera.translation != cameras[v].translation ||
+        !camera.HasIntrinsicsOf(cameras[v])) {
       return false;
     }
   }

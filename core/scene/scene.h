@@ -31,6 +31,7 @@ struct Origin {
 struct View {
   std::string name;                  // as in the model, unique in a scene
   std::filesystem::path image_path;  // where the pixels came from; empty for scenes made in memory
+  std::filesystem::path mask_path;   // where the mask came from; empty = from no file
   Camera camera;                     // of the undistorted image
   cv::Mat
       gray;  // CV_8UC1 or CV_32FC1 (grey levels 0..255), camera.width x camera.height, undistorted
@@ -56,7 +57,7 @@ struct Scene {
 
 std::vector<Camera> CamerasOf(const Scene& scene);
 
-// Whether these are the poses of the scene's views.
+// Whether these are the poses and intrinsics of the scene's views.
 bool AreCamerasOf(const Scene& scene, const std::vector<Camera>& cameras);
 
 // `scene` with other cameras of its views. Pixels are shared.

@@ -27,7 +27,8 @@ void SolverOptions::Describe(OptionSet* set) {
   set->Add("solver.initial_trust_radius", &initial_trust_radius,
            "Initial trust-region radius in Ceres' scaling (lm_*, dogleg, lbfgs_h)", 1e-12, 1e32);
   set->Add("solver.camera_damping", &camera_damping,
-           "Damping of cameras that move, a share of their median curvature (all but lbfgs_*)", 0, 1e6);
+           "Damping of cameras that move, a share of their median curvature (all but lbfgs_*)", 0,
+           1e6);
   set->Add("solver.sobolev_length", &sobolev_length,
            "Length over which lbfgs_sobolev smooths gradients, edges of the mesh", 0, 1000);
   set->Add("solver.gradient_step_px", &gradient_step_px,

@@ -17,7 +17,7 @@ class Refinement:
     vertices: numpy.ndarray  # (V, 3), the scene's unit
     faces: numpy.ndarray  # (F, 3)
     quality: dict  # per vertex: pairs, zncc, displacement_px, sd_px (docs/guard.md)
-    cameras: dict  # names; rotations (V, 3, 3) and translations (V, 3) of the views used, refined (docs/cameras.md)
+    cameras: dict  # names; intrinsics (V, 3, 3), rotations (V, 3, 3) and translations (V, 3) of the views used, refined (docs/cameras.md)
     summary: dict  # as summary.json has it
 
 

@@ -181,7 +181,8 @@ Scene MakeScene(const PosedScene& posed, bool with_images, const fs::path& masks
       View& view = scene.views[i];
       const PosedImage& image = posed.images[order[i]];
       view.gray = ReadViewImage(image);
-      view.mask = ReadViewMask(MaskOf(image, masks), image, posed.file);
+      view.mask_path = MaskOf(image, masks);
+      view.mask = ReadViewMask(view.mask_path, image, posed.file);
     });
     const bool any_mask =
         std::any_of(posed.images.begin(), posed.images.end(),
@@ -193,6 +194,19 @@ Scene MakeScene(const PosedScene& posed, bool with_images, const fs::path& masks
   }
   AddPoints(posed, view_of_image, &scene);
   return scene;
+}
+
+void ReadPixels(const std::vector<View*>& views) {
+  ForEachInParallel(views.size(), [&](size_t i) {
+    View& view = *views[i];
+    PosedImage image;
+    image.name = view.name;
+    image.image_path = view.image_path;
+    image.camera = view.camera;
+    image.lens = view.origin.lens;
+    view.gray = ReadViewImage(image);
+    view.mask = ReadViewMask(view.mask_path, image, view.image_path);
+  });
 }
 
 void CheckPhotographTargets(const PosedScene& posed, const fs::path& folder, bool overwrite) {

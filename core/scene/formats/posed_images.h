@@ -43,6 +43,10 @@ struct PosedScene {
 // and for a `masks` folder without any.
 Scene MakeScene(const PosedScene& posed, bool with_images, const std::filesystem::path& masks = {});
 
+// The pixels of views that MakeScene made, from their files again, through camera and lens as they are now. Throws InputError
+// as MakeScene does.
+void ReadPixels(const std::vector<View*>& views);
+
 // Throws InputError for what WritePhotographs would have to refuse: those with a lens need a name that ends
 // in .png, .jpg or .jpeg. Unless `overwrite`, also where it would replace a file by another one.
 void CheckPhotographTargets(const PosedScene& posed, const std::filesystem::path& folder,

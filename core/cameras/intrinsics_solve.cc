@@ -1,0 +1,154 @@
+#include "core/cameras/intrinsics_solve.h"
+
+#include <ceres/normal_prior.h>
+
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+#include <cmath>
+#include <limits>
+
+#include "core/cameras/bundle.h"
+#include "core/cameras/lens_reprojection.h"
+#include "core/cameras/pose_uncertainty.h"
+#include "core/scene/lens_points.h"
+
+namespace burin {
+
+IntrinsicsSolve::IntrinsicsSolve(const Scene& scene, const MeshTracks& tracks,
+                                 IntrinsicUnknowns unknowns)
+    : tracks_(tracks), shared_(CamerasSharedIn(scene, unknowns)) {
+  if (shared_.empty()) return;
+  camera_of_.assign(scene.views.size(), -1);
+  for (size_t c = 0; c < shared_.size(); ++c) {
+    for (const int v : shared_[c].views) camera_of_[v] = static_cast<int>(c);
+  }
+  for (const View& view : scene.views) {
+    views_.push_back(
+        {view.name, view.image_path, view.mask_path, view.camera, {}, {}, view.origin});
+  }
+  numbers_.assign(shared_.size(), {});
+  IntrinsicNumbers unknown;
+  unknown.fill(std::numeric_limits<double>::quiet_NaN());
+  deviations_.assign(shared_.size(), unknown);
+}
+
+void IntrinsicsSolve::HoldUndetermined(const std::vector<int>& measured) {
+  for (SharedIntrinsics& one : shared_) {
+    for (const int v : one.views) one.measurements += measured[v];
+    if (one.measurements < kFewestForIntrinsics) one.free.fill(false);
+    if (one.AnyFree()) continue;
+    for (const int v : one.views) camera_of_[v] = -1;
+  }
+}
+
+Eigen::Vector2d IntrinsicsSolve::Photographed(const Measurement& measured) const {
+  const View& view = views_[measured.view];
+  return PhotographedAt(view.camera, view.origin.lens, measured.image_point);
+}
+
+Eigen::Vector2d IntrinsicsSolve::Offset(const CameraPose& pose, const Eigen::Vector3d& point,
+                                        const Measurement& measured) const {
+  const int c = camera_of_[measured.view];
+  Eigen::Vector2d offset = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
+  const LensReprojection residual{shared_[c], Photographed(measured), 1};
+  residual(pose.data(), numbers_[c].data(), point.data(), offset.data());
+  return offset;
+}
+
+void IntrinsicsSolve::Add(const Measurement& measured, ceres::LossFunction* loss, CameraPose* pose,
+                          Eigen::Vector3d* point, ceres::Problem* problem) {
+  const int c = camera_of_[measured.view];
+  auto* cost =
+      new ceres::AutoDiffCostFunction<LensReprojection, 2, CameraPose::kSize, kIntrinsics, 3>(
+          new LensReprojection{shared_[c], Photographed(measured), tracks_.pixel[measured.view]});
+  problem->AddResidualBlock(cost, loss, pose->data(), numbers_[c].data(), point->data());
+}
+
+void IntrinsicsSolve::AddPriors(ceres::Problem* problem, ceres::ParameterBlockOrdering* ordering) {
+  for (size_t c = 0; c < shared_.size(); ++c) {
+    double* const numbers = numbers_[c].data();
+    if (!shared_[c].AnyFree()) continue;
+    const ceres::Matrix weight = ceres::Matrix::Identity(kIntrinsics, kIntrinsics) / kPriorPx;
+    problem->AddResidualBlock(new ceres::NormalPrior(weight, ceres::Vector::Zero(kIntrinsics)),
+                              nullptr, numbers);
+    ordering->AddElementToGroup(numbers, 1);
+    std::vector<int> held;
+    for (int k = 0; k < kIntrinsics; ++k) {
+      if (!shared_[c].free[k]) held.push_back(k);
+    }
+    if (!held.empty()) {
+      manifolds_.push_back(std::make_unique<ceres::SubsetManifold>(kIntrinsics, held));
+      problem->SetManifold(numbers, manifolds_.back().get());
+    }
+  }
+}
+
+void IntrinsicsSolve::Take(std::vector<Camera>* cameras) const {
+  for (size_t v = 0; v < camera_of_.size(); ++v) {
+    if (camera_of_[v] < 0) continue;
+    const Camera at = shared_[camera_of_[v]].CameraAt(numbers_[camera_of_[v]]);
+    Camera& camera = (*cameras)[v];
+    camera.fx = at.fx;
+    camera.fy = at.fy;
+    camera.cx = at.cx;
+    camera.cy = at.cy;
+  }
+}
+
+// The inverse of J^T J, priors included, at the intrinsics. Their deviations do not depend on where the world is held.
+void IntrinsicsSolve::FindDeviations(ceres::Problem* problem) {
+  if (static_cast<int>(camera_of_.size()) > kMostViewsWithDeviations) return;
+  ceres::Problem::EvaluateOptions options;
+  std::vector<int> first(shared_.size(), -1);  // column
+  int columns = 0;
+  for (size_t c = 0; c < shared_.size(); ++c) {
+    if (!shared_[c].AnyFree()) continue;
+    first[c] = columns;
+    for (const bool free : shared_[c].free) columns += free ? 1 : 0;
+    options.parameter_blocks.push_back(numbers_[c].data());
+  }
+  if (columns == 0) return;
+  std::vector<double*> blocks;
+  problem->GetParameterBlocks(&blocks);
+  for (double* block : blocks) {
+    const bool is_intrinsics = problem->ParameterBlockSize(block) == kIntrinsics;
+    if (!is_intrinsics && !problem->IsParameterBlockConstant(block)) {
+      options.parameter_blocks.push_back(block);
+    }
+  }
+  ceres::CRSMatrix jacobian;
+  if (!problem->Evaluate(options, nullptr, nullptr, nullptr, &jacobian)) return;
+  const Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor>> j(
+      jacobian.num_rows, jacobian.num_cols, static_cast<int>(jacobian.values.size()),
+      jacobian.rows.data(), jacobian.cols.data(), jacobian.values.data());
+  const Eigen::SparseMatrix<double> columns_of_j = j;
+  const Eigen::SparseMatrix<double> curvature = columns_of_j.transpose() * columns_of_j;
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(curvature);
+  if (factor.info() != Eigen::Success) return;
+  for (size_t c = 0; c < shared_.size(); ++c) {
+    if (first[c] < 0) continue;
+    int column = first[c];
+    for (int k = 0; k < kIntrinsics; ++k) {
+      deviations_[c][k] = 0;
+      if (!shared_[c].free[k]) continue;
+      const Eigen::VectorXd covariance =
+          factor.solve(Eigen::VectorXd::Unit(jacobian.num_cols, column));
+      deviations_[c][k] = std::sqrt(covariance[column]);
+      ++column;
+    }
+  }
+}
+
+void IntrinsicsSolve::Report(double sigma, std::vector<Lens>* lenses,
+                             std::vector<SharedIntrinsics>* shared) const {
+  *shared = shared_;
+  lenses->clear();
+  for (const View& view : views_) lenses->push_back(view.origin.lens);
+  for (size_t c = 0; c < shared_.size(); ++c) {
+    for (int k = 0; k < kIntrinsics; ++k) (*shared)[c].deviation_px[k] = sigma * deviations_[c][k];
+    if (!shared_[c].AnyFree()) continue;
+    for (const int v : shared_[c].views) (*lenses)[v] = shared_[c].LensAt(numbers_[c]);
+  }
+}
+
+}  // namespace burin
