@@ -66,10 +66,10 @@ class CameraGather {
     const T* inverse_depth;
   };
   void BeginView(const View& view);
-  // Adds to the sums of pair number `pair` and to the coupling of the view's vertices with both cameras; and to
+  // Adds to the sums of pair `number` and to the coupling of the view's vertices with both cameras; and to
   // `vertices` (null = none) what these are in the pair.
-  void AddPair(const PairFields<T>& fields, const PartnerPixels& pixels, int pair, CameraSums* sums,
-               PairRows* vertices);
+  void AddPair(const PairFields<T>& fields, const PartnerPixels& pixels, int number,
+               CameraSums* sums, PairRows* vertices);
 
  private:
   struct Geometry;

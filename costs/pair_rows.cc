@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/support/parallel.h"
 
@@ -111,8 +112,10 @@ void PairRows::Factor(const CameraSums& sums, double energy, const std::vector<C
   for (const double part : squares) sum += part;
   const double beta_squared = energy > 0 ? std::max(1.0, sum / (2 * energy)) : 1;
   beta_ = std::sqrt(beta_squared);
-  rest_ = std::sqrt(std::max(0.0, 2 * energy - sum / beta_squared) /
-                    std::max<double>(1, static_cast<double>(pairs_.size())));
+  // Where there is no finite value, every pair says so: Ceres then tries a shorter step.
+  const double left = 2 * energy - sum / beta_squared;
+  rest_ = std::isfinite(left) ? std::sqrt(std::max(0.0, left) / std::max<double>(1, pairs_.size()))
+                              : std::numeric_limits<double>::quiet_NaN();
 }
 
 void PairRows::OfVertex(int pair, int place, double* residuals, double* by_unknowns,

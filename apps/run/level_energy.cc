@@ -108,6 +108,7 @@ struct LevelEnergy::Impl {
   // Of each camera that moves; see ChangeAt.
   std::vector<Eigen::MatrixXd> ChangesAt(const Eigen::VectorXd& x) const {
     std::vector<Eigen::MatrixXd> changes;
+    changes.reserve(MovingCameras());
     for (int k = 0; k < MovingCameras(); ++k) {
       changes.push_back(ChangeAt(x.segment<3>(FirstCameraUnknown() + kMotion * k)));
     }
