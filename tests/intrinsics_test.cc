@@ -129,7 +129,8 @@ TEST(Intrinsics, FreeIsWhatTheModelHasAndAFileCanBeUndistortedBy) {
     scene.views.push_back(SomeView(lens));
     if (!file) scene.views[0].image_path.clear();
     std::string text;
-    for (const bool one : CamerasSharedIn(scene, unknowns)[0].free) text += one ? '1' : '0';
+    const SharedIntrinsics shared = CamerasSharedIn(scene, unknowns)[0];
+    for (const bool one : shared.free) text += one ? '1' : '0';
     return text;
   };
   const auto lens = IntrinsicUnknowns::kLens;
