@@ -129,7 +129,8 @@ TEST(Intrinsics, FreeIsWhatTheModelHasAndAFileCanBeUndistortedBy) {
     scene.views.push_back(SomeView(lens));
     if (!file) scene.views[0].image_path.clear();
     std::string text;
-    for (const bool one : CamerasSharedIn(scene, unknowns)[0].free) text += one ? '1' : '0';
+    const SharedIntrinsics shared = CamerasSharedIn(scene, unknowns)[0];
+    for (const bool one : shared.free) text += one ? '1' : '0';
     return text;
   };
   const auto lens = IntrinsicUnknowns::kLens;
@@ -294,6 +295,95 @@ TEST(Intrinsics, ACameraWithFewMeasurementsKeepsItsOwn) {
   EXPECT_EQ(bundle.cameras[0].fx, scene.views[0].camera.fx);
   EXPECT_TRUE(bundle.shared[1].AnyFree());
   EXPECT_NE(bundle.cameras[1].fx, scene.views[1].camera.fx);
+}
+
+// Views side by side before a wall: its distance and the focal length are one. The prior keeps it, and it is known no better than
+// the prior says.
+TEST(Intrinsics, WhatAWallDoesNotTellStaysAndIsUncertain) {
+  Scene scene;
+  for (int v = 0; v < 5; ++v) {
+    View& view = scene.views.emplace_back();
+    view.name = std::to_string(v);
+    const Eigen::Vector3d center(0.4 * (v - 2), 0.1 * (v % 2), 3);
+    view.camera = test::LookAt(center, center - 3 * Eigen::Vector3d::UnitZ(), 640, 480, 600);
+    view.origin.camera_id = 1;
+  }
+  MeshTracks tracks;
+  tracks.pixel.assign(scene.views.size(), 1);
+  test::Random random(5);
+  for (int p = 0; p < 400; ++p) {
+    const Eigen::Vector3d point(0.5 * random.Uniform(), 0.5 * random.Uniform(), 0);
+    tracks.points.push_back(point);
+    tracks.tracks.BeginPoint();
+    for (int v = 0; v < 5; ++v) {
+      const Eigen::Vector3d noise = 0.3 * random.Vector();
+      tracks.tracks.Add({scene.views[v].camera.Project(point) + noise.head<2>(), v});
+    }
+  }
+  const std::vector<Camera> truth = CamerasOf(scene);
+  for (View& view : scene.views) {
+    view.camera.fx *= 1.01;
+    view.camera.fy *= 1.01;
+  }
+  const Bundle bundle = AdjustBundle(scene, tracks, IntrinsicUnknowns::kFocal);
+  const SharedIntrinsics& shared = bundle.shared[0];
+  ASSERT_TRUE(shared.AnyFree());
+  std::printf("focal length 606 -> %.2f, standard deviation %.2f px\n", bundle.cameras[0].fx,
+              shared.deviation_px[kFocal]);
+  EXPECT_LT(std::abs(bundle.cameras[0].fx / 606 - 1) * 320, 2 * shared.deviation_px[kFocal]);
+  EXPECT_GT(shared.deviation_px[kFocal], 1);
+  EXPECT_LT(shared.deviation_px[kFocal], kPriorPx);
+  CameraSimilarity fit;
+  std::string error;
+  ASSERT_TRUE(FitCameraSimilarity(truth, bundle.cameras,
+                                  std::vector<std::vector<Eigen::Vector3d>>(5, tracks.points), &fit,
+                                  &error));
+  EXPECT_LT(fit.errors.rms_px, 0.1);
+}
+
+// The errors of many adjustments are as large as said. Those of what is weakly known, a principal point that a turn nearly makes up for, are
+// smaller: the adjustment weighs measurements as if they had a deviation of 1 px, so that the prior holds it nearer to the start, here the truth.
+TEST(Intrinsics, DeviationsAreThoseOfRepeatedMeasurements) {
+  Scene scene = Exact().scene;
+  for (View& view : scene.views) view.origin.camera_id = 1;
+  const auto surface = SeenPoints(Exact().truth, scene.views, 200);
+  constexpr double kSigma = 0.1;
+  constexpr int kTrials = 40;
+  test::Random random(9);
+  IntrinsicNumbers squares = {};
+  IntrinsicNumbers said = {};
+  for (int trial = 0; trial < kTrials; ++trial) {
+    MeshTracks tracks;
+    tracks.pixel.assign(scene.views.size(), 1);
+    for (const Eigen::Vector3d& point : surface[4]) {
+      tracks.points.push_back(point);
+      tracks.tracks.BeginPoint();
+      for (size_t v = 0; v < scene.views.size(); ++v) {
+        // Uniform numbers, six of them: nearly normal with a deviation of sqrt(2).
+        Eigen::Vector2d noise = Eigen::Vector2d::Zero();
+        for (int k = 0; k < 6; ++k) noise += random.Vector().head<2>();
+        tracks.tracks.Add({scene.views[v].camera.Project(point) + kSigma / std::sqrt(2.0) * noise,
+                           static_cast<int>(v)});
+      }
+    }
+    const Bundle bundle = AdjustBundle(scene, tracks, IntrinsicUnknowns::kLens);
+    const SharedIntrinsics& shared = bundle.shared[0];
+    const Camera& was = scene.views[0].camera;
+    const Camera& now = bundle.cameras[0];
+    const double off[] = {(now.fx / was.fx - 1) / shared.unit[kFocal], now.cx - was.cx,
+                          now.cy - was.cy};
+    const int number[] = {kFocal, kCenter, kCenter + 1};
+    for (int k = 0; k < 3; ++k) {
+      squares[number[k]] += off[k] * off[k] / kTrials;
+      said[number[k]] += std::pow(shared.deviation_px[number[k]], 2) / kTrials;
+    }
+  }
+  for (const int k : {kFocal, kCenter, kCenter + 1}) {
+    std::printf("number %d: measured %.4f px, said %.4f px\n", k, std::sqrt(squares[k]),
+                std::sqrt(said[k]));
+    EXPECT_LT(std::sqrt(squares[k] / said[k]), 1.2) << k;
+    EXPECT_GT(std::sqrt(squares[k] / said[k]), k == kFocal ? 0.7 : 0.4) << k;
+  }
 }
 
 TEST(Intrinsics, StepsWithoutTracksRefineNone) {

@@ -147,7 +147,7 @@ class BundleProblem {
     }
     bundle.sigma = sigma_;
     bundle.cameras = cameras_;
-    intrinsics_.Report(sigma_, &bundle.lenses, &bundle.shared);
+    intrinsics_.Report(&bundle.lenses, &bundle.shared);
     return bundle;
   }
 
@@ -247,7 +247,13 @@ class BundleProblem {
     if (!summary.IsSolutionUsable()) return;
     for (size_t v = 0; v < cameras_.size(); ++v) SetPose(poses_[v], &cameras_[v]);
     intrinsics_.Take(&cameras_);
-    if (loss <= kFinestLossPx) intrinsics_.FindDeviations(&problem);
+    if (loss > kFinestLossPx) return;  // not the last
+    std::vector<double*> blocks;
+    for (size_t v = 0; v < cameras_.size(); ++v) {
+      if (measured_in[v] > 0) blocks.push_back(poses_[v].data());
+    }
+    for (const size_t p : used_) blocks.push_back(points_[p].data());
+    intrinsics_.FindDeviations(blocks, &problem);
   }
 
   const MeshTracks& found_;

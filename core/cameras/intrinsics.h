@@ -49,8 +49,8 @@ struct SharedIntrinsics {
   IntrinsicNumbers unit = {};  // what a pixel is of each number
   std::array<bool, kIntrinsics> free = {};
   int measurements = 0;
-  IntrinsicNumbers deviation_px =
-      {};  // standard deviations of q; 0 of what is not free, NaN where not known
+  // Standard deviations of q, at most the prior's; 0 of what is not free, NaN where not known.
+  IntrinsicNumbers deviation_px = {};
 
   bool AnyFree() const;
   Camera CameraAt(const IntrinsicNumbers& q) const;

@@ -4,6 +4,7 @@
 
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -11,8 +12,15 @@
 #include "core/cameras/lens_reprojection.h"
 #include "core/cameras/pose_uncertainty.h"
 #include "core/scene/lens_points.h"
+#include "core/support/median.h"
 
 namespace burin {
+namespace {
+
+constexpr double kSigmaOfMedian = 1.4826;
+constexpr double kLeastSigmaPx = 1e-6;  // of a measurement's coordinate
+
+}  // namespace
 
 IntrinsicsSolve::IntrinsicsSolve(const Scene& scene, const MeshTracks& tracks,
                                  IntrinsicUnknowns unknowns)
@@ -71,7 +79,8 @@ void IntrinsicsSolve::AddPriors(ceres::Problem* problem, ceres::ParameterBlockOr
     const ceres::Matrix weight = ceres::Matrix::Identity(kIntrinsics, kIntrinsics) / kPriorPx;
     problem->AddResidualBlock(new ceres::NormalPrior(weight, ceres::Vector::Zero(kIntrinsics)),
                               nullptr, numbers);
-    ordering->AddElementToGroup(numbers, 1);
+    // A group orders by address: of its own, so that no allocation decides on the order.
+    ordering->AddElementToGroup(numbers, 2);
     std::vector<int> held;
     for (int k = 0; k < kIntrinsics; ++k) {
       if (!shared_[c].free[k]) held.push_back(k);
@@ -95,8 +104,9 @@ void IntrinsicsSolve::Take(std::vector<Camera>* cameras) const {
   }
 }
 
-// The inverse of J^T J, priors included, at the intrinsics. Their deviations do not depend on where the world is held.
-void IntrinsicsSolve::FindDeviations(ceres::Problem* problem) {
+// The inverse at the intrinsics of J^T J, measurements' rows in units of their standard deviation and priors' as they are. It
+// does not depend on where the world is held.
+void IntrinsicsSolve::FindDeviations(const std::vector<double*>& others, ceres::Problem* problem) {
   if (static_cast<int>(camera_of_.size()) > kMostViewsWithDeviations) return;
   ceres::Problem::EvaluateOptions options;
   std::vector<int> first(shared_.size(), -1);  // column
@@ -108,16 +118,31 @@ void IntrinsicsSolve::FindDeviations(ceres::Problem* problem) {
     options.parameter_blocks.push_back(numbers_[c].data());
   }
   if (columns == 0) return;
-  std::vector<double*> blocks;
-  problem->GetParameterBlocks(&blocks);
-  for (double* block : blocks) {
-    const bool is_intrinsics = problem->ParameterBlockSize(block) == kIntrinsics;
-    if (!is_intrinsics && !problem->IsParameterBlockConstant(block)) {
-      options.parameter_blocks.push_back(block);
+  for (double* block : others) {
+    if (!problem->IsParameterBlockConstant(block)) options.parameter_blocks.push_back(block);
+  }
+  problem->GetResidualBlocks(&options.residual_blocks);
+  std::vector<double> residuals;
+  options.apply_loss_function = false;
+  if (!problem->Evaluate(options, nullptr, &residuals, nullptr, nullptr)) return;
+  ceres::CRSMatrix jacobian;
+  options.apply_loss_function = true;
+  if (!problem->Evaluate(options, nullptr, nullptr, nullptr, &jacobian)) return;
+  std::vector<char> measured;  // by row: of a measurement, not a prior
+  for (const ceres::ResidualBlockId block : options.residual_blocks) {
+    const int rows = problem->GetCostFunctionForResidualBlock(block)->num_residuals();
+    measured.insert(measured.end(), rows, rows == 2 ? 1 : 0);
+  }
+  std::vector<double> coordinates;
+  for (size_t row = 0; row < measured.size(); ++row) {
+    if (measured[row] != 0) coordinates.push_back(std::abs(residuals[row]));
+  }
+  const double sigma = std::max(kLeastSigmaPx, kSigmaOfMedian * Median(coordinates));
+  for (size_t row = 0; row < measured.size(); ++row) {
+    for (int k = jacobian.rows[row]; k < jacobian.rows[row + 1] && measured[row] != 0; ++k) {
+      jacobian.values[k] /= sigma;
     }
   }
-  ceres::CRSMatrix jacobian;
-  if (!problem->Evaluate(options, nullptr, nullptr, nullptr, &jacobian)) return;
   const Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor>> j(
       jacobian.num_rows, jacobian.num_cols, static_cast<int>(jacobian.values.size()),
       jacobian.rows.data(), jacobian.cols.data(), jacobian.values.data());
@@ -139,13 +164,13 @@ void IntrinsicsSolve::FindDeviations(ceres::Problem* problem) {
   }
 }
 
-void IntrinsicsSolve::Report(double sigma, std::vector<Lens>* lenses,
+void IntrinsicsSolve::Report(std::vector<Lens>* lenses,
                              std::vector<SharedIntrinsics>* shared) const {
   *shared = shared_;
   lenses->clear();
   for (const View& view : views_) lenses->push_back(view.origin.lens);
   for (size_t c = 0; c < shared_.size(); ++c) {
-    for (int k = 0; k < kIntrinsics; ++k) (*shared)[c].deviation_px[k] = sigma * deviations_[c][k];
+    (*shared)[c].deviation_px = deviations_[c];
     if (!shared_[c].AnyFree()) continue;
     for (const int v : shared_[c].views) (*lenses)[v] = shared_[c].LensAt(numbers_[c]);
   }

@@ -33,10 +33,9 @@ class IntrinsicsSolve {
   void AddPriors(ceres::Problem* problem, ceres::ParameterBlockOrdering* ordering);
   // After a solve: intrinsics to the cameras.
   void Take(std::vector<Camera>* cameras) const;
-  // For Report(), from the problem's curvature.
-  void FindDeviations(ceres::Problem* problem);
-  // `sigma`: of a measurement's coordinate, residuals' units.
-  void Report(double sigma, std::vector<Lens>* lenses, std::vector<SharedIntrinsics>* shared) const;
+  // For Report(), from the curvature of the problem and what is left of its residuals. `others`: its other parameter blocks.
+  void FindDeviations(const std::vector<double*>& others, ceres::Problem* problem);
+  void Report(std::vector<Lens>* lenses, std::vector<SharedIntrinsics>* shared) const;
 
  private:
   Eigen::Vector2d Photographed(const Measurement& measured) const;
@@ -46,7 +45,7 @@ class IntrinsicsSolve {
   std::vector<int> camera_of_;             // of every view: of shared_; -1: it keeps its intrinsics
   std::vector<View> views_;                // without pixels
   std::vector<IntrinsicNumbers> numbers_;  // now, of every camera
-  std::vector<IntrinsicNumbers> deviations_;  // where a coordinate's is 1
+  std::vector<IntrinsicNumbers> deviations_;  // px
   std::vector<std::unique_ptr<ceres::Manifold>> manifolds_;
 };
 

@@ -101,9 +101,8 @@ def test_refine_is_the_program(folder, scene, mesh, tmp_path):
     assert len(events) >= summary["iterations"] > 0 and events[-1]["done"] <= 1
     assert set(result.quality) == {"pairs", "zncc", "displacement_px", "sd_px"}
     assert len(result.quality["zncc"]) == len(vertices)
-    assert result.cameras["names"] == scene.names
-    assert all(numpy.array_equal(r, scene.rotation(k)) for k, r in enumerate(result.cameras["rotations"]))
-    assert all(numpy.array_equal(i, scene.intrinsics(k)) for k, i in enumerate(result.cameras["intrinsics"]))
+    for key, of in (("names", lambda k: scene.names[k]), ("rotations", scene.rotation), ("intrinsics", scene.intrinsics)):
+        assert [numpy.array_equal(value, of(k)) for k, value in enumerate(result.cameras[key])] == [True] * len(scene)
     burin.write_mesh(tmp_path / "again.ply", result.vertices, result.faces)
     assert numpy.array_equal(burin.read_mesh(tmp_path / "again.ply")[1], faces)
 
