@@ -116,8 +116,20 @@ void KeepAllOrNone(std::vector<TrackGroup>* groups) {
   }
 }
 
+// Median over the group's views, of the longer side of their pictures.
+double StepShare(const std::vector<Camera>& cameras, const std::vector<double>& moved_px,
+                 const std::vector<int>& views) {
+  std::vector<double> shares;
+  for (const int v : views) {
+    if (std::isfinite(moved_px[v])) {
+      shares.push_back(moved_px[v] / std::max(cameras[v].width, cameras[v].height));
+    }
+  }
+  return Median(shares);
+}
+
 // Why the group's cameras are left as given; empty where the new ones are kept.
-std::string ReasonAgainst(const TrackGroup& group, TrackRule rule) {
+std::string ReasonAgainst(const TrackGroup& group, TrackRule rule, double step_share) {
   if (!group.reason.empty()) return group.reason;
   if (!group.agreement.Known()) return "too few windows match through the mesh";
   if (rule == TrackRule::kNotWorse) {
@@ -125,6 +137,10 @@ std::string ReasonAgainst(const TrackGroup& group, TrackRule rule) {
   }
   if (!group.agreement.Better()) return "tracks that were kept out agree no better";
   if (!std::isfinite(group.deviation_rms_px)) return "its uncertainty is not known";
+  if (step_share > kMostStepShare) {
+    return "most views would move by more than 2 % of the picture: the cameras are wrong, not "
+           "uncertain";
+  }
   const double least = std::max(kBeyond * group.deviation_rms_px, kLeastStepPx);
   return group.moved_rms_px > least ? "" : "the step is within its uncertainty";
 }
@@ -182,7 +198,7 @@ TrackStep RefineByTracks(const Scene& scene, const TriangleMesh& mesh,
     group.agreement = CompareKeptOut(number, tracks_given, given, tracks, step.bundle.cameras);
     group.moved_rms_px = RootMeanSquare(step.moved_px, group.views);
     group.deviation_rms_px = RootMeanSquare(step.deviation_px, group.views);
-    group.reason = ReasonAgainst(group, rule);
+    group.reason = ReasonAgainst(group, rule, StepShare(given, step.moved_px, group.views));
     group.kept = group.reason.empty();
   }
   if (!step.bundle.lenses.empty()) KeepAllOrNone(&step.groups);

@@ -9,6 +9,8 @@
 //
 //   rms_v step_v  >  max(kBeyond rms_v sd_v, kLeastStepPx)       pixels of the surface
 //
+// and at most half of the views move by more than kMostStepShare of their longer side: cameras that are so far off together are wrong,
+// and poses that make the best of them would hide it.
 // kLeastStepPx is for what the deviations do not know: windows on a rough mesh are warped a little wrong, all in
 // the same way.
 #pragma once
@@ -27,6 +29,7 @@ namespace burin {
 
 constexpr double kBeyond = 2;
 constexpr double kLeastStepPx = 0.1;
+constexpr double kMostStepShare = 0.02;
 
 // Which cameras are kept: new ones that are known to be better, as above, or those that are not known to be worse.
 enum class TrackRule { kBetter, kNotWorse };
