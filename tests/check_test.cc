@@ -120,8 +120,8 @@ TEST_F(CheckTest, ViewsThatDoNotFitAreNamedAndLeftOut) {
       Run({"select", In("s"), "--mesh", In("s/init.ply"), "--output", In("p"), "--no-pictures"})
           .exit_code,
       0);
-  const Outcome file = Refine({"--pairs.method", "file", "--pairs.file", In("p/pairs.json"),
-                               "--cameras.refine", "none"});
+  const Outcome file = Refine(
+      {"--pairs.method", "file", "--pairs.file", In("p/pairs.json"), "--cameras.refine", "none"});
   EXPECT_EQ(file.exit_code, 0) << file.err;
   EXPECT_EQ(Summary()["verdict"]["left_out"].size(), 2U);
   const nlohmann::json by_file = Summary();
