@@ -30,6 +30,7 @@ int MostMoved(const TrackStep& step) {
 
 std::string NamesOf(const Scene& scene, const std::vector<int>& views) {
   std::vector<std::string> names;
+  names.reserve(views.size());
   for (const int v : views) names.push_back(scene.views[v].name);
   return Listed(names);
 }

@@ -36,6 +36,7 @@ double RootMeanSquare(const std::vector<double>& values) {
 
 double RootMeanSquare(const std::vector<double>& values, const std::vector<int>& views) {
   std::vector<double> of_views;
+  of_views.reserve(views.size());
   for (const int v : views) of_views.push_back(values[v]);
   return RootMeanSquare(of_views);
 }
