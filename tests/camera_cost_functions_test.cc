@@ -19,6 +19,7 @@
 #include "core/solve/normal_equations.h"
 #include "costs/photometric_energy.h"
 #include "costs/smoothness_energy.h"
+#include "tests/dense_matrix.h"
 #include "tests/test_scene.h"
 
 namespace burin {
@@ -76,17 +77,6 @@ Evaluated Evaluate(const CeresProblem& problem, const NormalEquations& equations
   return result;
 }
 
-Eigen::MatrixXd Dense(const NormalEquations& equations) {
-  const int size = equations.unknowns();
-  Eigen::MatrixXd dense(size, size);
-  Eigen::VectorXd column;
-  for (int u = 0; u < size; ++u) {
-    equations.Multiply(Eigen::VectorXd::Unit(size, u), Eigen::VectorXd(), &column);
-    dense.col(u) = column;
-  }
-  return dense;
-}
-
 class CameraCostFunctions : public testing::TestWithParam<Motion> {};
 INSTANTIATE_TEST_SUITE_P(Motions, CameraCostFunctions,
                          testing::Values(Motion::kNormal, Motion::kFree),
@@ -119,7 +109,7 @@ TEST_P(CameraCostFunctions, MajoriseTheCurvature) {
   double cost = 0;
   Eigen::VectorXd gradient;
   ASSERT_TRUE(equations.Evaluate(&cost, &gradient));
-  const Eigen::MatrixXd own = Dense(equations);
+  const Eigen::MatrixXd own = test::Dense(equations);
   const CeresProblem problem(*task.energy, task.evaluation_callback);
   const Evaluated evaluated = Evaluate(problem, equations);
   const Eigen::MatrixXd more = evaluated.jacobian.transpose() * evaluated.jacobian - own;

@@ -18,6 +18,7 @@
 #include "core/support/parallel.h"
 #include "costs/photometric_energy.h"
 #include "costs/smoothness_energy.h"
+#include "tests/dense_matrix.h"
 #include "tests/small_relief.h"
 #include "tests/test_scene.h"
 
@@ -58,17 +59,6 @@ struct Round {
   std::unique_ptr<RoundProblem> problem;
 };
 
-Eigen::MatrixXd Dense(const NormalEquations& equations) {
-  const int size = equations.unknowns();
-  Eigen::MatrixXd dense(size, size);
-  Eigen::VectorXd column;
-  for (int u = 0; u < size; ++u) {
-    equations.Multiply(Eigen::VectorXd::Unit(size, u), Eigen::VectorXd(), &column);
-    dense.col(u) = column;
-  }
-  return dense;
-}
-
 class MovingBorder : public testing::TestWithParam<Motion> {};
 INSTANTIATE_TEST_SUITE_P(Motions, MovingBorder, testing::Values(Motion::kNormal, Motion::kFree),
                          [](const auto& test) { return NameOf(test.param); });
@@ -106,7 +96,7 @@ TEST_P(MovingBorder, MatrixIsSymmetricAndPositive) {
   double cost = 0;
   Eigen::VectorXd gradient;
   ASSERT_TRUE(equations.Evaluate(&cost, &gradient));
-  const Eigen::MatrixXd dense = Dense(equations);
+  const Eigen::MatrixXd dense = test::Dense(equations);
   EXPECT_LT((dense - dense.transpose()).norm(), 1e-13 * dense.norm());
   EXPECT_EQ(Eigen::VectorXd(dense.diagonal()), equations.Diagonal());
   const Eigen::VectorXd scale = dense.diagonal().cwiseSqrt().cwiseInverse();
@@ -201,7 +191,7 @@ TEST(Border, CostFunctionsOfCamerasAreAddedAsCeresAddsThem) {
   EXPECT_LT((gradient - Eigen::Map<Eigen::VectorXd>(slope.data(), 12)).norm(),
             1e-12 * gradient.norm());
   const Eigen::MatrixXd matrix = jacobian.transpose() * jacobian;
-  EXPECT_LT((Dense(equations) - matrix).norm(), 1e-12 * matrix.norm());
+  EXPECT_LT((test::Dense(equations) - matrix).norm(), 1e-12 * matrix.norm());
 }
 
 // The relief at 240x180 and its cameras with noise: 1 px of rotation and half a pixel of place.
