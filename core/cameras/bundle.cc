@@ -69,14 +69,8 @@ bool ResidualOf(const Camera& camera, const Measurement& measured, double pixel,
                 const Eigen::Vector3d& point, Residual* residual) {
   const Eigen::Vector3d seen = camera.rotation * point + camera.translation;
   if (!(seen.z() > 0)) return false;
-  const double u = seen.x() / seen.z();
-  const double v = seen.y() / seen.z();
-  residual->value = (Eigen::Vector2d(camera.fx * u + camera.cx, camera.fy * v + camera.cy) -
-                     measured.image_point) /
-                    pixel;
-  Eigen::Matrix<double, 2, 3> by_seen;
-  by_seen << camera.fx, 0, -camera.fx * u, 0, camera.fy, -camera.fy * v;
-  residual->by_point = by_seen * camera.rotation / (seen.z() * pixel);
+  residual->value = (camera.Project(point) - measured.image_point) / pixel;
+  residual->by_point = camera.ProjectByPoint(seen) / pixel;
   return residual->value.allFinite();
 }
 
@@ -191,7 +185,7 @@ class BundleProblem {
     *median_px = Median(pixels);
     const auto known = static_cast<double>(coordinates.size());
     const double free = std::max(1.0, known - Unknowns());
-    sigma_ = 1.4826 * Median(coordinates) * std::sqrt(known / free);
+    sigma_ = kSigmaOfMedian * Median(coordinates) * std::sqrt(known / free);
     return std::max(kFinestLossPx, kMedians * Median(distances));
   }
 

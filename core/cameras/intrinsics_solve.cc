@@ -17,7 +17,6 @@
 namespace burin {
 namespace {
 
-constexpr double kSigmaOfMedian = 1.4826;
 constexpr double kLeastSigmaPx = 1e-6;  // of a measurement's coordinate
 
 }  // namespace

@@ -28,12 +28,8 @@ Eigen::Matrix3d Cross(const Eigen::Vector3d& v) {
 void Derivatives(const Camera& camera, const Eigen::Vector3d& point, Matrix26* by_pose,
                  Matrix23* by_point) {
   const Eigen::Vector3d seen = camera.rotation * point + camera.translation;
-  Matrix23 by_seen;
-  by_seen << camera.fx, 0, -camera.fx * seen.x() / seen.z(),  //
-      0, camera.fy, -camera.fy * seen.y() / seen.z();
-  by_seen /= seen.z();
-  by_pose->leftCols<3>() = -by_seen * Cross(seen);
-  *by_point = by_seen * camera.rotation;
+  *by_point = camera.ProjectByPoint(seen);
+  by_pose->leftCols<3>() = -*by_point * camera.rotation.transpose() * Cross(seen);
   by_pose->rightCols<3>() = -*by_point;
 }
 

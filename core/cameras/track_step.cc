@@ -182,6 +182,7 @@ TrackStep RefineByTracks(const Scene& scene, const TriangleMesh& mesh,
       step.moved_px = unknown;
       for (TrackGroup& group : step.groups)
         group.reason = "a lens would fold back inside its picture";
+      step.seconds = watch.Seconds();
       return step;
     }
     tracks_given = SeenThrough(tracks, now, given, bundle.lenses.empty() ? bundle.lenses : lenses);

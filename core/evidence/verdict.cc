@@ -29,7 +29,6 @@ constexpr double kFarthestAcross = 7.5;  // of matches that noise is measured by
 constexpr double kMisfitShare = 0.4;     // of the median E over the views
 constexpr double kLeastMedian = 0.2;     // of it, for a view to stand out
 constexpr double kLeastOfRest = 0.4;     // E of the others, for a view to be named
-constexpr double kSigmaPerMad = 1.4826;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 using Matches = std::vector<const WindowMatch*>;
@@ -85,7 +84,7 @@ Evidence EvidenceOf(const Matches& matches) {
   }
   evidence.on_line = WithoutChance(on_line / static_cast<double>(matches.size()));
   evidence.at_place = AtPlace(matches);
-  evidence.noise_px = kSigmaPerMad * Median(std::move(across)) / std::sqrt(2.0);
+  evidence.noise_px = kSigmaOfMedian * Median(std::move(across)) / std::sqrt(2.0);
   return evidence;
 }
 

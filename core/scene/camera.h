@@ -42,6 +42,13 @@ struct Camera {
     return {fx * in_camera.x() / in_camera.z() + cx, fy * in_camera.y() / in_camera.z() + cy};
   }
 
+  // Derivative of Project by the point, of which `seen` = R point + t; pixels per world unit.
+  Eigen::Matrix<double, 2, 3> ProjectByPoint(const Eigen::Vector3d& seen) const {
+    Eigen::Matrix<double, 2, 3> by_seen;
+    by_seen << fx, 0, -fx * seen.x() / seen.z(), 0, fy, -fy * seen.y() / seen.z();
+    return by_seen / seen.z() * rotation;
+  }
+
   bool Contains(const Eigen::Vector2d& image_point) const {
     return image_point.x() >= 0 && image_point.y() >= 0 && image_point.x() <= width &&
            image_point.y() <= height;

@@ -104,15 +104,6 @@ class Increments {
   double extent_ = 1;
 };
 
-// Derivative of Project by the point.
-Eigen::Matrix<double, 2, 3> ByPoint(const Camera& camera, const Eigen::Vector3d& point) {
-  const Eigen::Vector3d local = camera.rotation * point + camera.translation;
-  Eigen::Matrix<double, 2, 3> by_local;
-  by_local << camera.fx, 0, -camera.fx * local.x() / local.z(), 0, camera.fy,
-      -camera.fy * local.y() / local.z();
-  return by_local / local.z() * camera.rotation;
-}
-
 // The Gauss-Newton step, and how far it moves the points, RMS in pixels. Nothing along directions without stiffness.
 Vector7 Step(const Views& second, const Sightings& sightings, const Similarity& motion,
              const Increments& increments, double* move_px) {
@@ -128,7 +119,8 @@ Vector7 Step(const Views& second, const Sightings& sightings, const Similarity& 
       const Eigen::Vector3d moved = motion * seen.point;
       if (second[v].Depth(moved) <= 0) continue;
       const Eigen::Vector2d error = second[v].Project(moved) - seen.pixel;
-      const auto rows = increments.Derivative(ByPoint(second[v], moved), moved);
+      const Eigen::Vector3d in_camera = second[v].rotation * moved + second[v].translation;
+      const auto rows = increments.Derivative(second[v].ProjectByPoint(in_camera), moved);
       view_stiffness += rows.transpose() * rows;
       view_force -= rows.transpose() * error;
     }

@@ -15,4 +15,7 @@ inline double Median(std::vector<double> values) {
   return *middle;
 }
 
+// Standard deviation of normal numbers, from the median of their magnitudes: 1 / Phi^-1(3/4).
+constexpr double kSigmaOfMedian = 1.4826;
+
 }  // namespace burin
