@@ -14,40 +14,73 @@ namespace {
 
 constexpr int kBatches = 64;
 
+// Sums over pieces of surface, in batches of neighbouring ones.
+class Comparison {
+ public:
+  void Add(size_t batch, double weight, double e_before, double e_after) {
+    weights_[batch] += weight;
+    changes_[batch] += weight * (e_after - e_before);
+    verdict_.before += weight * e_before;
+    verdict_.after += weight * e_after;
+    verdict_.windows += weight;
+  }
+
+  HeldBackVerdict Verdict() {
+    HeldBackVerdict verdict = verdict_;
+    if (verdict.windows <= 0) return verdict;
+    verdict.before /= verdict.windows;
+    verdict.after /= verdict.windows;
+    const double mean = verdict.after - verdict.before;
+    double square = 0;
+    for (int b = 0; b < kBatches; ++b) {
+      const double residual = changes_[b] - weights_[b] * mean;
+      square += residual * residual;
+      if (weights_[b] > 0) ++verdict.batches;
+    }
+    if (verdict.batches > 1) square *= verdict.batches / (verdict.batches - 1.0);
+    verdict.standard_error = std::sqrt(square) / verdict.windows;
+    return verdict;
+  }
+
+ private:
+  double weights_[kBatches] = {};
+  double changes_[kBatches] = {};
+  HeldBackVerdict verdict_;
+};
+
+bool IsBefore(const PixelScore& a, const PixelScore& b) {
+  return a.view != b.view ? a.view < b.view : a.pixel < b.pixel;
+}
+
 }  // namespace
 
 HeldBackVerdict CompareScores(const std::vector<FacetScore>& before,
                               const std::vector<FacetScore>& after,
                               const std::vector<int>& facets) {
-  double weights[kBatches] = {};
-  double changes[kBatches] = {};
-  HeldBackVerdict verdict;
+  Comparison comparison;
   for (size_t k = 0; k < facets.size(); ++k) {
     const int f = facets[k];
     const double weight = std::min(before[f].weight, after[f].weight);
     if (weight <= 0) continue;
-    const double e_before = before[f].cost / before[f].weight;
-    const double e_after = after[f].cost / after[f].weight;
-    const size_t batch = k * kBatches / facets.size();
-    weights[batch] += weight;
-    changes[batch] += weight * (e_after - e_before);
-    verdict.before += weight * e_before;
-    verdict.after += weight * e_after;
-    verdict.windows += weight;
+    comparison.Add(k * kBatches / facets.size(), weight, before[f].cost / before[f].weight,
+                   after[f].cost / after[f].weight);
   }
-  if (verdict.windows <= 0) return verdict;
-  verdict.before /= verdict.windows;
-  verdict.after /= verdict.windows;
-  const double mean = verdict.after - verdict.before;
-  double square = 0;
-  for (int b = 0; b < kBatches; ++b) {
-    const double residual = changes[b] - weights[b] * mean;
-    square += residual * residual;
-    if (weights[b] > 0) ++verdict.batches;
+  return comparison.Verdict();
+}
+
+HeldBackVerdict CompareScores(const std::vector<PixelScore>& before,
+                              const std::vector<PixelScore>& after) {
+  Comparison comparison;
+  auto now = after.begin();
+  for (size_t k = 0; k < before.size(); ++k) {
+    const PixelScore& was = before[k];
+    while (now != after.end() && IsBefore(*now, was)) ++now;
+    if (now == after.end()) break;
+    if (IsBefore(was, *now)) continue;
+    comparison.Add(k * kBatches / before.size(), std::min(was.weight, now->weight),
+                   was.cost / was.weight, now->cost / now->weight);
   }
-  if (verdict.batches > 1) square *= verdict.batches / (verdict.batches - 1.0);
-  verdict.standard_error = std::sqrt(square) / verdict.windows;
-  return verdict;
+  return comparison.Verdict();
 }
 
 HeldBackVerdict CompareScores(const std::vector<FacetScore>& before,
@@ -58,20 +91,50 @@ HeldBackVerdict CompareScores(const std::vector<FacetScore>& before,
   return CompareScores(before, after, all);
 }
 
-void HeldBackJudge::BeginLevel(const RoundContext& first, const TermRounds& terms) {
+void HeldBackJudge::BeginLevel(const RoundContext& first, const TermRounds& terms,
+                               LevelFacets facets) {
   const Stopwatch watch;
-  before_ = photometric_->RoundOf(terms).FacetScores(
-      first.mesh->vertices, PhotometricRound::Windows::kHeldBack, /*derivatives=*/false);
+  facets_ = facets;
+  PhotometricRound& round = photometric_->RoundOf(terms);
+  const std::vector<Eigen::Vector3d>& vertices = first.mesh->vertices;
+  if (facets_ == LevelFacets::kOther) {
+    before_pixels_ = round.PixelScores(vertices, PhotometricRound::Windows::kHeldBack);
+  } else {
+    before_ = round.FacetScores(vertices, PhotometricRound::Windows::kHeldBack,
+                                /*derivatives=*/false);
+  }
   seconds_ = watch.Seconds();
 }
 
 LevelVerdict HeldBackJudge::EndLevel(const RoundContext& /*last*/, const TermRounds& terms,
                                      const TriangleMesh& after) {
   const Stopwatch watch;
-  const std::vector<FacetScore> scores = photometric_->RoundOf(terms).FacetScores(
-      after.vertices, PhotometricRound::Windows::kHeldBack, /*derivatives=*/false);
+  PhotometricRound& round = photometric_->RoundOf(terms);
   LevelVerdict level;
   level.undo.assign(after.vertices.size(), 0);
+  HeldBackVerdict verdict;
+  if (facets_ == LevelFacets::kOther) {
+    verdict = CompareScores(
+        before_pixels_, round.PixelScores(after.vertices, PhotometricRound::Windows::kHeldBack));
+    if (verdict.windows <= 0 || verdict.Worse()) level.undo.assign(after.vertices.size(), 1);
+  } else {
+    verdict = JudgeParts(round.FacetScores(after.vertices, PhotometricRound::Windows::kHeldBack,
+                                           /*derivatives=*/false),
+                         after, &level.undo);
+  }
+  before_ = {};
+  before_pixels_ = {};
+  level.report = {{"before", verdict.before},
+                  {"after", verdict.after},
+                  {"standard_error", verdict.standard_error},
+                  {"windows", std::round(verdict.windows)},
+                  {"seconds", seconds_ + watch.Seconds()}};
+  return level;
+}
+
+HeldBackVerdict HeldBackJudge::JudgeParts(const std::vector<FacetScore>& scores,
+                                          const TriangleMesh& after,
+                                          std::vector<char>* undo) const {
   std::vector<int> kept;
   for (const std::vector<int>& part : ConnectedComponents(after)) {
     if (!CompareScores(before_, scores, part).Worse()) {
@@ -79,20 +142,13 @@ LevelVerdict HeldBackJudge::EndLevel(const RoundContext& /*last*/, const TermRou
       continue;
     }
     for (const int f : part) {
-      for (const int v : after.faces[f]) level.undo[v] = 1;
+      for (const int v : after.faces[f]) (*undo)[v] = 1;
     }
   }
   std::sort(kept.begin(), kept.end());
   const HeldBackVerdict rest = CompareScores(before_, scores, kept);
-  if (rest.windows <= 0 || rest.Worse()) level.undo.assign(after.vertices.size(), 1);
-  const HeldBackVerdict verdict = CompareScores(before_, scores);
-  before_.clear();
-  level.report = {{"before", verdict.before},
-                  {"after", verdict.after},
-                  {"standard_error", verdict.standard_error},
-                  {"windows", std::round(verdict.windows)},
-                  {"seconds", seconds_ + watch.Seconds()}};
-  return level;
+  if (rest.windows <= 0 || rest.Worse()) undo->assign(after.vertices.size(), 1);
+  return CompareScores(before_, scores);
 }
 
 }  // namespace burin

@@ -1,7 +1,8 @@
 // Judges whether a level of the refinement improved the mesh, and each of its parts. It uses data that the level did not see:
 // camera pairs that were not used or, where there are none, small squares left out of the images.
 //
-// The mesh before and the mesh after the level have the same facets. The score of a facet is
+// The mesh before and the mesh after the level have the same facets, unless it was cut anew between them
+// (core/mesh/remesh.h): then read pixel of a reference view for facet. The score of a facet is
 //
 //   e(mesh) = sum omega (1 - z) / sum omega
 //
@@ -40,8 +41,13 @@ HeldBackVerdict CompareScores(const std::vector<FacetScore>& before,
 HeldBackVerdict CompareScores(const std::vector<FacetScore>& before,
                               const std::vector<FacetScore>& after);
 
+// Of the pixels that both have.
+HeldBackVerdict CompareScores(const std::vector<PixelScore>& before,
+                              const std::vector<PixelScore>& after);
+
 // A connected component of the mesh is undone when it is worse by itself, however large the others are; all of
-// the mesh when what is left is worse, or has no window to judge it by.
+// the mesh when what is left is worse, or has no window to judge it by. Of a mesh with other facets all is undone or
+// nothing.
 class HeldBackJudge : public LevelJudge {
  public:
   // By `pairs`; where there are none, by squares, which `photometric` holds back then. It is a term of
@@ -50,14 +56,20 @@ class HeldBackJudge : public LevelJudge {
       : pairs_(std::move(pairs)), photometric_(photometric) {}
 
   const std::vector<CameraPair>& HeldBackPairs() const override { return pairs_; }
-  void BeginLevel(const RoundContext& first, const TermRounds& terms) override;
+  void BeginLevel(const RoundContext& first, const TermRounds& terms, LevelFacets facets) override;
   LevelVerdict EndLevel(const RoundContext& last, const TermRounds& terms,
                         const TriangleMesh& after) override;
 
  private:
+  // The verdict of all facets; of parts that are worse, the vertices.
+  HeldBackVerdict JudgeParts(const std::vector<FacetScore>& scores, const TriangleMesh& after,
+                             std::vector<char>* undo) const;
+
   const std::vector<CameraPair> pairs_;
   const PhotometricEnergy* const photometric_;
-  std::vector<FacetScore> before_;
+  std::vector<FacetScore> before_;         // LevelFacets::kSame
+  std::vector<PixelScore> before_pixels_;  // LevelFacets::kOther
+  LevelFacets facets_ = LevelFacets::kSame;
   double seconds_ = 0;
 };
 

@@ -143,22 +143,36 @@ double PhotometricRound::Evaluate(const std::vector<Eigen::Vector3d>& vertices,
   return energy_;
 }
 
-std::vector<FacetScore> PhotometricRound::FacetScores(const std::vector<Eigen::Vector3d>& vertices,
-                                                      Windows windows, bool derivatives,
-                                                      const std::vector<CameraPose>& poses) {
+void PhotometricRound::Score(const std::vector<Eigen::Vector3d>& vertices, Windows windows,
+                             bool derivatives, const std::vector<CameraPose>& poses) {
   FinishFreeze();
-  std::vector<FacetScore> scores(context_.mesh->faces.size());
   const int64_t windows_before = output_.windows;
   SetPoint(vertices, poses);
-  output_.scores = &scores;
   if (windows == Windows::kUsed) {
     EvaluateSample(windows_.used, /*squares_only=*/false, derivatives);
   } else {
     EvaluateSample(windows_.held_back, hold_back_squares_, derivatives);
   }
-  output_.scores = nullptr;
   output_.windows = windows_before;
   Forget();
+}
+
+std::vector<FacetScore> PhotometricRound::FacetScores(const std::vector<Eigen::Vector3d>& vertices,
+                                                      Windows windows, bool derivatives,
+                                                      const std::vector<CameraPose>& poses) {
+  std::vector<FacetScore> scores(context_.mesh->faces.size());
+  output_.scores = &scores;
+  Score(vertices, windows, derivatives, poses);
+  output_.scores = nullptr;
+  return scores;
+}
+
+std::vector<PixelScore> PhotometricRound::PixelScores(const std::vector<Eigen::Vector3d>& vertices,
+                                                      Windows windows) {
+  std::vector<PixelScore> scores;
+  output_.pixel_scores = &scores;
+  Score(vertices, windows, /*derivatives=*/false, {});
+  output_.pixel_scores = nullptr;
   return scores;
 }
 

@@ -90,10 +90,16 @@ class PhotometricRound : public TermRound, public ceres::EvaluationCallback {
   std::vector<FacetScore> FacetScores(const std::vector<Eigen::Vector3d>& vertices, Windows windows,
                                       bool derivatives, const std::vector<CameraPose>& poses = {});
 
+  // The same by pixel of the reference views, ascending by view and pixel.
+  std::vector<PixelScore> PixelScores(const std::vector<Eigen::Vector3d>& vertices,
+                                      Windows windows);
+
   const WindowMasks& masks(int view);
 
  private:
   void SetPoint(const std::vector<Eigen::Vector3d>& vertices, const std::vector<CameraPose>& poses);
+  void Score(const std::vector<Eigen::Vector3d>& vertices, Windows windows, bool derivatives,
+             const std::vector<CameraPose>& poses);
   void EvaluateSample(const PairSample& sample, bool squares_only, bool derivatives);
 
   const PhotometricOptions options_;

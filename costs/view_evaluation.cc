@@ -68,7 +68,8 @@ class ViewEvaluationIn : public ViewEvaluation {
     const size_t pixels = static_cast<size_t>(domain.width) * domain.height;
 
     image_.create(domain.height, domain.width);
-    fields_.Resize(pixels, derivatives, output->scores != nullptr);
+    fields_.Resize(pixels, derivatives,
+                   output->scores != nullptr || output->pixel_scores != nullptr);
     ParallelFor(domain.height, kRowGrain, [&](int begin, int end) {
       cv::Mat rows = image_.rowRange(begin, end);
       (*views_)[view].image.rowRange(begin, end).convertTo(rows, CV_32F, 1 / units_[view].unit);
@@ -113,6 +114,9 @@ class ViewEvaluationIn : public ViewEvaluation {
         GatherFacet(domain, k, derivatives, &output->sums);
       }
     });
+    if (output->pixel_scores != nullptr) {
+      ScorePixels(view, frozen.squares_only, output->pixel_scores);
+    }
   }
 
  private:
@@ -184,6 +188,19 @@ class ViewEvaluationIn : public ViewEvaluation {
       if (squares_only && !squares.Judge(pixel.column, pixel.row)) continue;
       score->cost += fields_.Of(pixel.index)[PixelFields<T>::kCost];
       score->weight += fields_.weight[pixel.index];
+    }
+  }
+
+  void ScorePixels(int view, bool squares_only, std::vector<PixelScore>* scores) const {
+    const HeldBackSquares squares(options_.window);
+    for (size_t p = 0; p < fields_.weight.size(); ++p) {
+      if (!(fields_.weight[p] > 0)) continue;
+      const auto pixel = static_cast<uint32_t>(p);
+      const auto column = static_cast<int>(p % image_.cols);
+      const auto row = static_cast<int>(p / image_.cols);
+      if (squares_only && !squares.Judge(column, row)) continue;
+      scores->push_back({view, pixel, static_cast<float>(fields_.Of(p)[PixelFields<T>::kCost]),
+                         static_cast<float>(fields_.weight[p])});
     }
   }
 

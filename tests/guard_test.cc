@@ -97,7 +97,8 @@ TEST(Guard, AnUndoneLevelLeavesTheSurfaceOfItsStart) {
   class SaysNo : public LevelJudge {
    public:
     const std::vector<CameraPair>& HeldBackPairs() const override { return pairs_; }
-    void BeginLevel(const RoundContext& first, const TermRounds& /*terms*/) override {
+    void BeginLevel(const RoundContext& first, const TermRounds& /*terms*/,
+                    LevelFacets /*facets*/) override {
       before_ = *first.mesh;
     }
     LevelVerdict EndLevel(const RoundContext& last, const TermRounds& /*terms*/,
@@ -131,7 +132,8 @@ class Says : public LevelJudge {
  public:
   explicit Says(bool worse) : worse_(worse) {}
   const std::vector<CameraPair>& HeldBackPairs() const override { return pairs_; }
-  void BeginLevel(const RoundContext& /*first*/, const TermRounds& /*terms*/) override {}
+  void BeginLevel(const RoundContext& /*first*/, const TermRounds& /*terms*/,
+                  LevelFacets /*facets*/) override {}
   LevelVerdict EndLevel(const RoundContext& last, const TermRounds& /*terms*/,
                         const TriangleMesh& after) override {
     EXPECT_NE(last.held_back, nullptr);

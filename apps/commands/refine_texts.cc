@@ -11,7 +11,9 @@ namespace burin {
 namespace {
 
 std::string LevelName(const LevelSummary& level) {
-  return "level " + std::to_string(level.width) + "x" + std::to_string(level.height);
+  const std::string name =
+      "level " + std::to_string(level.width) + "x" + std::to_string(level.height);
+  return level.remeshed_faces > 0 ? name + " remeshed" : name;
 }
 
 // The guard's figures.
@@ -67,6 +69,11 @@ std::string CrossingsText(const LevelSummary& level) {
     text << "; " << level.TakenBack() << " vertices stopped before they cross";
   }
   return text.str();
+}
+
+std::string RemeshedText(const LevelSummary& level) {
+  return LevelName(level) + ": " + std::to_string(level.remeshed_faces) + " -> " +
+         std::to_string(level.faces) + " facets";
 }
 
 // What became of the part of a level that was done when the run was stopped.
@@ -130,6 +137,7 @@ std::string RoundText(const RoundContext& context, const TriangleMesh& mesh,
 std::vector<std::string> LevelTexts(const LevelSummary& level, bool crossings) {
   std::vector<std::string> lines;
   if (!level.reached_bound) lines.push_back(UnsplitText(level));
+  if (level.remeshed_faces > 0 && !level.undone) lines.push_back(RemeshedText(level));
   if (level.left_out) {
     lines.push_back(LeftOutText(level));
   } else if (level.interrupted) {

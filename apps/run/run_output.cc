@@ -168,7 +168,10 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
     entry["vertices"] = level.vertices;
     entry["faces"] = level.faces;
     entry["reached_bound"] = level.reached_bound;
-    entry["seconds"] = {{"images", level.image_seconds}, {"subdivide", level.subdivide_seconds}};
+    entry["remeshed_faces"] = level.remeshed_faces;
+    entry["seconds"] = {{"images", level.image_seconds},
+                        {"subdivide", level.subdivide_seconds},
+                        {"remesh", level.remesh_seconds}};
     entry["held_back"] = level.held_back;
     entry["left_out"] = level.left_out;
     entry["undone"] = level.undone;

@@ -25,11 +25,10 @@ namespace {
 // Enough for folds of some tens of vertices across; each round adds its own.
 constexpr int kRelaxSweeps = 100;
 
-// No other level has moved anything.
-bool IsFirst(const std::vector<LevelSummary>& levels, int level) {
-  return std::all_of(levels.begin(), levels.end(), [&](const LevelSummary& other) {
-    return other.level == level || other.left_out || other.undone;
-  });
+// No level before the last one has moved anything.
+bool IsFirst(const std::vector<LevelSummary>& levels) {
+  return std::all_of(levels.begin(), levels.end() - 1,
+                     [&](const LevelSummary& other) { return other.left_out || other.undone; });
 }
 
 }  // namespace
@@ -49,9 +48,14 @@ Level::Level(const RefinementTask& task, int level, const std::vector<Camera>& c
 void Level::Run(RefinementState* state, RefinementProgress* progress) {
   if (state->round == 0) {
     state->summary.levels.emplace_back();
-    CutMesh(state);
+    if (state->remeshed) {
+      Remesh(state);
+    } else {
+      CutMesh(state);
+    }
+    BeginRounds(state);
   }
-  state->summary.levels.back().image_seconds += image_seconds_;
+  state->summary.levels.back().image_seconds += std::exchange(image_seconds_, 0);
   mesh_ = Ordered(state->mesh, state->order);
   if (task_.options.guard.crossings != Crossings::kOff) {
     crossings_.emplace(mesh_);
@@ -59,7 +63,9 @@ void Level::Run(RefinementState* state, RefinementProgress* progress) {
   }
   if (state->round > 0) ShowJudgeTheStart(*state);
   const int rounds = Rounds(*state);
-  progress->RoundsSpared(level_, task_.options.level.RoundsAt(level_) - rounds);
+  if (!state->remeshed) {
+    progress->RoundsSpared(level_, task_.options.level.RoundsAt(level_) - rounds);
+  }
   while (state->round < rounds) {
     if (!RunRound(state, progress)) {
       progress->RoundsSpared(level_, rounds - state->round);
@@ -79,8 +85,13 @@ void Level::Run(RefinementState* state, RefinementProgress* progress) {
 }
 
 int Level::Rounds(const RefinementState& state) const {
-  const bool late = level_ != task_.first_level && IsFirst(state.summary.levels, level_);
+  if (state.remeshed) return task_.options.surface.rounds;
+  const bool late = level_ != task_.first_level && IsFirst(state.summary.levels);
   return task_.options.level.RoundsAt(level_) + (late ? task_.options.level.extra_rounds : 0);
+}
+
+int Level::RoundNumber(const RefinementState& state) const {
+  return state.round + (state.remeshed ? task_.options.level.rounds : 0);
 }
 
 void Level::CutMesh(RefinementState* state) {
@@ -105,10 +116,15 @@ void Level::CutMesh(RefinementState* state) {
     state->input_position.push_back(
         0.5 * (state->input_position[parents[0]] + state->input_position[parents[1]]));
   }
-  state->level_start = {state->mesh.vertices, state->was_supported, state->summary.cameras};
   state->order = OrderAlongCurve(state->mesh);
   LevelSummary& level = state->summary.levels.back();
   level.subdivide_seconds = watch.Seconds();
+  level.reached_bound = split.reached_bound;
+}
+
+void Level::BeginRounds(RefinementState* state) {
+  state->level_start = {state->mesh.vertices, state->was_supported, state->summary.cameras};
+  LevelSummary& level = state->summary.levels.back();
   level.level = level_;
   const Camera& name = NamesLevel(views_).camera;
   level.width = name.width;
@@ -120,13 +136,14 @@ void Level::CutMesh(RefinementState* state) {
   }
   level.vertices = static_cast<int>(state->mesh.vertices.size());
   level.faces = static_cast<int>(state->mesh.faces.size());
-  level.reached_bound = split.reached_bound;
 }
 
 void Level::CountAtStart(RefinementState* state) {
   std::vector<LevelSummary>& levels = state->summary.levels;
   LevelSummary& level = levels.back();
-  level.crossing_facets.before = crossings_->Facets();
+  // Of a surface that is cut anew: as it was before.
+  level.crossing_facets.before =
+      state->remeshed ? levels[levels.size() - 2].crossing_facets.after : crossings_->Facets();
   // To split facets changes nothing that a view sees.
   level.back_faces.before =
       levels.size() > 1 ? levels[levels.size() - 2].back_faces.after : BackFaceShare(*state);
@@ -157,31 +174,17 @@ std::unique_ptr<Level::Frozen> Level::Freeze(const RefinementState& state, bool 
       &frozen->domains, hold_back ? task_.parts.judge->HeldBackPairs() : std::vector<CameraPair>(),
       hold_back ? &frozen->held_back : nullptr);
   frozen->context.level = level_;
-  frozen->context.first_level = IsFirst(state.summary.levels, level_);
+  frozen->context.first_level = IsFirst(state.summary.levels);
   return frozen;
-}
-
-void Level::ShowJudgeTheStart(const RefinementState& state) {
-  if (task_.parts.judge == nullptr) return;
-  const std::vector<LevelView> views_now = views_;
-  SeeThrough(state.level_start.cameras);
-  TriangleMesh start = state.mesh;
-  start.vertices = state.level_start.vertices;
-  const TriangleMesh now = std::exchange(mesh_, Ordered(start, state.order));
-  const std::unique_ptr<Frozen> first = Freeze(state, /*hold_back=*/true);
-  FreezeTerms(first.get());
-  task_.parts.judge->BeginLevel(first->context, *first->terms);
-  mesh_ = now;
-  views_ = views_now;
 }
 
 bool Level::RunRound(RefinementState* state, RefinementProgress* progress) {
   RoundSummary summary;
-  summary.round = state->round;
+  summary.round = RoundNumber(*state);
   const bool last = state->round + 1 == Rounds(*state);
   const Stopwatch visibility_watch;
   frozen_.reset();
-  frozen_ = Freeze(*state, /*hold_back=*/last || state->round == 0);
+  frozen_ = Freeze(*state, /*hold_back=*/last || (state->round == 0 && !state->remeshed));
   RoundContext& context = frozen_->context;
   summary.visibility_seconds = visibility_watch.Seconds();
   for (const ViewDomain& domain : frozen_->domains) {
@@ -223,12 +226,13 @@ std::optional<std::vector<Eigen::Vector3d>> Level::Solve(RefinementState* state,
   const Stopwatch build_watch;
   FreezeTerms(frozen_.get());
   RoundParameters parameters{mesh_.vertices};
-  const bool joint = MovesCameras(task_.options.cameras, level_, state->round, Rounds(*state));
+  const bool joint =
+      !state->remeshed && MovesCameras(task_.options.cameras, level_, state->round, Rounds(*state));
   if (joint) parameters.cameras = PosesOf(views_);
   RoundProblem problem(*frozen_->terms, frozen_->context, &parameters);
   summary->build_seconds = build_watch.Seconds();
-  if (task_.parts.judge != nullptr && state->round == 0) {
-    task_.parts.judge->BeginLevel(frozen_->context, *frozen_->terms);
+  if (task_.parts.judge != nullptr && state->round == 0 && !state->remeshed) {
+    task_.parts.judge->BeginLevel(frozen_->context, *frozen_->terms, LevelFacets::kSame);
   }
   summary->supported_vertices = FindSupport(*frozen_->terms, state->order, task_.options.hidden,
                                             &state->was_supported, &frozen_->context);
@@ -237,7 +241,7 @@ std::optional<std::vector<Eigen::Vector3d>> Level::Solve(RefinementState* state,
   windows_ = problem.WindowCount();
   problem.task.pixel = std::ldexp(1.0, level_);
   problem.task.on_iteration = [&](const IterationRecord& record) {
-    return Report(record, state->round, progress);
+    return Report(record, RoundNumber(*state), progress);
   };
   if (task_.parts.solve_round) {
     RoundTrial trial = SolveByPart(*state, progress, &problem);
@@ -294,35 +298,6 @@ void Level::SeeThrough(const std::vector<Camera>& cameras) {
     const Camera& camera = views_[v].camera;
     views_[v].camera = task_.world.FromWorld(cameras[v], camera.width, camera.height);
   }
-}
-
-void Level::Judge(RefinementState* state) {
-  if (task_.parts.judge == nullptr) return;
-  if (frozen_ == nullptr || frozen_->context.held_back == nullptr) {
-    // The run was stopped in a round that was not to be the level's last.
-    frozen_.reset();
-    frozen_ = Freeze(*state, /*hold_back=*/true);
-    FreezeTerms(frozen_.get());
-  }
-  const LevelVerdict verdict =
-      task_.parts.judge->EndLevel(frozen_->context, *frozen_->terms, mesh_);
-  LevelSummary& level = state->summary.levels.back();
-  level.held_back = verdict.report;
-  bool all = true;
-  for (size_t k = 0; k < verdict.undo.size(); ++k) {
-    all &= verdict.undo[k] != 0;
-    if (verdict.undo[k] == 0) continue;
-    const int v = state->order.vertex[k];
-    if (state->mesh.vertices[v] != state->level_start.vertices[v]) ++level.undone_vertices;
-    state->mesh.vertices[v] = state->level_start.vertices[v];
-    state->was_supported[v] = state->level_start.was_supported[v];
-  }
-  level.undone = all;
-  if (all) {
-    state->summary.cameras = state->level_start.cameras;
-    SeeThrough(state->summary.cameras);
-  }
-  if (level.undone_vertices > 0) frozen_.reset();
 }
 
 void Level::ShowEnd(RefinementState* state) {

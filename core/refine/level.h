@@ -60,7 +60,13 @@ class Level {
   // A level that takes the place of the coarsest, because all before it were left out or undone, has the
   // rounds of the level before it: it too begins with a mesh that nothing has moved.
   int Rounds(const RefinementState& state) const;
+  // Of the state's round among all of the level, those before the surface was cut anew included.
+  int RoundNumber(const RefinementState& state) const;
   void CutMesh(RefinementState* state);
+  // Cuts the surface of the finest level anew and shows the judge what it was.
+  void Remesh(RefinementState* state);
+  // What round 0 of a level begins with, into the state and its summary.
+  void BeginRounds(RefinementState* state);
   // Figures of a level as it begins and as it ends.
   void CountAtStart(RefinementState* state);
   void CountAtEnd(RefinementState* state);
@@ -90,6 +96,8 @@ class Level {
                    std::vector<Eigen::Vector3d>* vertices, std::vector<Camera>* cameras) const;
   // The views with these cameras of the caller's world.
   void SeeThrough(const std::vector<Camera>& cameras);
+  void ShowJudge(const RefinementState& state, const TriangleMesh& start,
+                 const std::vector<Camera>& cameras, LevelFacets facets);
   // Lets the judge look at the level, and undoes it when it says so.
   void Judge(RefinementState* state);
 

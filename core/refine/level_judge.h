@@ -12,9 +12,13 @@
 namespace burin {
 
 struct LevelVerdict {
-  std::vector<char> undo;  // by vertex: goes back to where the level found it
+  // By vertex: goes back to where the level found it. With LevelFacets::kOther the same for all.
+  std::vector<char> undo;
   nlohmann::json report;
 };
+
+// Whether a level ends with the facets that it begins with.
+enum class LevelFacets { kSame, kOther };
 
 class LevelJudge {
  public:
@@ -22,8 +26,10 @@ class LevelJudge {
   // Pairs that no round solves with; a level's first and last round have their regions in
   // RoundContext::held_back.
   virtual const std::vector<CameraPair>& HeldBackPairs() const = 0;
-  // A level begins with the mesh of `first`, its first round.
-  virtual void BeginLevel(const RoundContext& first, const TermRounds& terms) = 0;
+  // A level begins with the mesh of `first`, its first round, or with LevelFacets::kOther a round of the mesh that it
+  // cuts anew.
+  virtual void BeginLevel(const RoundContext& first, const TermRounds& terms,
+                          LevelFacets facets) = 0;
   // The level has come from that mesh to `after`, with `last`, its last round; when the run was stopped,
   // with the round in work or with one frozen at `after`.
   virtual LevelVerdict EndLevel(const RoundContext& last, const TermRounds& terms,

@@ -21,7 +21,7 @@ RoundTrial Level::SolveByPart(const RefinementState& state, RefinementProgress* 
   const int unknowns = problem->Unknowns();
   FrozenRound round;
   round.level = level_;
-  round.round = state.round;
+  round.round = RoundNumber(state);
   round.unknowns = unknowns;
   const std::vector<CameraPose>& poses = problem->task.energy->parameters().cameras;
   round.cameras = static_cast<int>(poses.size());
@@ -50,7 +50,7 @@ RoundTrial Level::SolveByPart(const RefinementState& state, RefinementProgress* 
     if (task_.observers.on_iteration) {
       both = [&, own = both](const FrozenRound::Progress& trial) {
         const bool goes_on = !own || own(trial);
-        return Report(trial.record, state.round, progress) && goes_on;
+        return Report(trial.record, round.round, progress) && goes_on;
       };
     }
     RoundTrial trial = problem->Try(strategy, solver_, mesh_.vertices, both);

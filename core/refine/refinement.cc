@@ -37,6 +37,15 @@ RefinementState FirstState(const RefinementTask& task, const TriangleMesh& input
   return state;
 }
 
+// The finest level is followed by another one on a surface cut anew; not where nothing moved it.
+bool IsRemeshedNext(const RefinementOptions& options, const RefinementState& state) {
+  const std::vector<LevelSummary>& levels = state.summary.levels;
+  return options.surface.remesh != SurfaceFacets::kNone && state.level == options.level.finest &&
+         !state.remeshed &&
+         std::any_of(levels.begin(), levels.end(),
+                     [](const LevelSummary& level) { return !level.left_out && !level.undone; });
+}
+
 }  // namespace
 
 TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
@@ -60,14 +69,21 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
       pairs, parts.judge != nullptr ? parts.judge->HeldBackPairs() : std::vector<CameraPair>());
   RefinementState state = start != nullptr ? *start : FirstState(task, input);
   CHECK_EQ(state.summary.cameras.size(), scene.views.size());
-  RefinementProgress progress(options.level, task.first_level, state);
+  RefinementProgress progress(options, task.first_level, state);
   std::unique_ptr<Level> level;
   while (state.level >= options.level.finest && !progress.stopped()) {
-    level.reset();
-    ReturnFreeMemory();
-    level = std::make_unique<Level>(task, state.level, state.summary.cameras);
+    if (level == nullptr || !state.remeshed) {
+      level.reset();
+      ReturnFreeMemory();
+      level = std::make_unique<Level>(task, state.level, state.summary.cameras);
+    }
     level->Run(&state, &progress);
-    if (progress.stopped() || --state.level < options.level.finest) break;
+    if (progress.stopped()) break;
+    if (IsRemeshedNext(options, state)) {
+      state.remeshed = true;
+    } else if (--state.level < options.level.finest) {
+      break;
+    }
     state.round = 0;
     state.order = MeshOrder();
     if (observers.on_state) observers.on_state(state);

@@ -31,8 +31,26 @@ void LevelOptions::Describe(OptionSet* set) {
            1000);
 }
 
+void RemeshingOptions::Describe(OptionSet* set) {
+  set->Add(
+      "surface.remesh", &remesh,
+      "After the finest level: cut the surface anew into well-shaped facets, their size adapted "
+      "to how it bends, or leave its facets");
+  set->Add("surface.rounds", &rounds, "Rounds of the finest level after surface.remesh", 1, 1000);
+  set->Add(
+      "surface.chord_px", &chord_px,
+      "Largest distance between an edge and the surface that it spans, pixels of the view that "
+      "shows it largest; 0 = all edges are surface.max_edge_px long",
+      0, 100);
+  set->Add("surface.min_edge_px", &min_edge_px,
+           "No edge is made shorter for it than this, pixels; thin parts have shorter ones", 0.5,
+           1000);
+  set->Add("surface.max_edge_px", &max_edge_px, "Edges of flat surface, pixels", 0.5, 1000);
+}
+
 void RefinementOptions::Describe(OptionSet* set) {
   level.Describe(set);
+  surface.Describe(set);
   solver.Describe(set);
   guard.Describe(set);
   cameras.Describe(set);

@@ -24,6 +24,21 @@ struct LevelOptions {
   int RoundsAt(int level) const { return rounds + (level - finest) * extra_rounds; }
 };
 
+// Whether the surface is cut into facets anew after the finest level (core/refine/remeshing.h): by sizes adapted to its bends.
+enum class SurfaceFacets { kNone, kAdapted };
+inline Choices<SurfaceFacets> ChoicesOf(SurfaceFacets) {
+  return {{SurfaceFacets::kNone, "none"}, {SurfaceFacets::kAdapted, "adapted"}};
+}
+
+struct RemeshingOptions {
+  SurfaceFacets remesh = SurfaceFacets::kNone;
+  int rounds = 1;          // of the finest level, after it
+  double chord_px = 0.12;  // of EdgeLengthOptions
+  double min_edge_px = 4;
+  double max_edge_px = 12;
+  void Describe(OptionSet* set);
+};
+
 // What becomes of vertices that a pair saw in an earlier round and none sees now
 // (core/refine/hidden_folds.h): drawn together, or they keep their shape as those never seen do.
 enum class HiddenVertices { kRelax, kKeep };
@@ -34,6 +49,7 @@ inline Choices<HiddenVertices> ChoicesOf(HiddenVertices) {
 struct RefinementOptions {
   LevelOptions level;
   CamerasOptions cameras;
+  RemeshingOptions surface;
   SolverOptions solver;
   GuardOptions guard;
   Motion motion = Motion::kNormal;

@@ -10,7 +10,8 @@ namespace burin {
 class RefinementProgress {
  public:
   // Of a refinement from level `first_level` on that begins, or goes on, at `start`.
-  RefinementProgress(const LevelOptions& options, int first_level, const RefinementState& start);
+  RefinementProgress(const RefinementOptions& options, int first_level,
+                     const RefinementState& start);
 
   void RoundDone(int level) { done_ += WorkOf(level); }
   // This many of the level's rounds will not be run.

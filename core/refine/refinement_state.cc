@@ -31,8 +31,8 @@ void from_json(const nlohmann::json& json, BeforeAndAfter<T>& counts) {  // NOLI
 }
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LevelSummary, level, width, height, views, views_halved_less,
                                    vertices, faces, reached_bound, subdivide_seconds, image_seconds,
-                                   held_back, left_out, undone, undone_vertices, crossing_facets,
-                                   back_faces, interrupted, rounds)
+                                   held_back, left_out, undone, undone_vertices, remeshed_faces,
+                                   remesh_seconds, crossing_facets, back_faces, interrupted, rounds)
 
 // Every bit of it.
 void to_json(nlohmann::json& json, const Camera& camera) {  // NOLINT: nlohmann's name
@@ -104,6 +104,7 @@ int LevelSummary::TakenBack() const {
 
 std::vector<uint8_t> StateBytes(const RefinementState& state) {
   return json::to_cbor({{"level", state.level},
+                        {"remeshed", state.remeshed},
                         {"round", state.round},
                         {"vertices", Binary(state.mesh.vertices)},
                         {"faces", Binary(state.mesh.faces)},
@@ -111,6 +112,10 @@ std::vector<uint8_t> StateBytes(const RefinementState& state) {
                         {"level_start", Binary(state.level_start.vertices)},
                         {"level_start_supported", Binary(state.level_start.was_supported)},
                         {"level_start_cameras", state.level_start.cameras},
+                        {"remesh_vertices", Binary(state.remesh_start.mesh.vertices)},
+                        {"remesh_faces", Binary(state.remesh_start.mesh.faces)},
+                        {"remesh_input", Binary(state.remesh_start.input_position)},
+                        {"remesh_supported", Binary(state.remesh_start.was_supported)},
                         {"order_vertex", Binary(state.order.vertex)},
                         {"order_face", Binary(state.order.face)},
                         {"was_supported", Binary(state.was_supported)},
@@ -121,6 +126,7 @@ RefinementState StateFromBytes(const std::vector<uint8_t>& bytes) {
   const json read = ReadCbor(bytes.data(), bytes.size());
   RefinementState state;
   read.at("level").get_to(state.level);
+  read.at("remeshed").get_to(state.remeshed);
   read.at("round").get_to(state.round);
   FromBinary(read, "vertices", &state.mesh.vertices);
   FromBinary(read, "faces", &state.mesh.faces);
@@ -128,6 +134,11 @@ RefinementState StateFromBytes(const std::vector<uint8_t>& bytes) {
   FromBinary(read, "level_start", &state.level_start.vertices);
   FromBinary(read, "level_start_supported", &state.level_start.was_supported);
   read.at("level_start_cameras").get_to(state.level_start.cameras);
+  RemeshStart& remesh = state.remesh_start;
+  FromBinary(read, "remesh_vertices", &remesh.mesh.vertices);
+  FromBinary(read, "remesh_faces", &remesh.mesh.faces);
+  FromBinary(read, "remesh_input", &remesh.input_position);
+  FromBinary(read, "remesh_supported", &remesh.was_supported);
   FromBinary(read, "order_vertex", &state.order.vertex);
   FromBinary(read, "order_face", &state.order.face);
   FromBinary(read, "was_supported", &state.was_supported);
@@ -140,6 +151,13 @@ RefinementState StateFromBytes(const std::vector<uint8_t>& bytes) {
   CheckSize("first_cameras", state.summary.first_cameras.size(), cameras);
   if (!state.summary.lenses.empty()) CheckSize("lenses", state.summary.lenses.size(), cameras);
   if (faces > 0) CheckIndices("faces", state.mesh.faces[0].data(), 3 * faces, vertices);
+  const size_t remeshed = remesh.mesh.vertices.size();
+  CheckSize("remesh_input", remesh.input_position.size(), remeshed);
+  CheckSize("remesh_supported", remesh.was_supported.size(), remeshed);
+  if (!remesh.mesh.faces.empty()) {
+    CheckIndices("remesh_faces", remesh.mesh.faces[0].data(), 3 * remesh.mesh.faces.size(),
+                 remeshed);
+  }
   if (state.round > 0) {
     CheckSize("level_start", state.level_start.vertices.size(), vertices);
     CheckSize("level_start_cameras", state.level_start.cameras.size(), cameras);

@@ -56,9 +56,12 @@ struct LevelSummary {
   double subdivide_seconds = 0;
   double image_seconds = 0;
   nlohmann::json held_back;  // what the guard found; null when it did not look
-  bool left_out = false;     // no vertex is supported on it: nothing was moved
-  bool undone = false;       // all of the mesh was set back to the level's start
-  int undone_vertices = 0;   // that had moved and were set back
+  // The surface was cut anew before its rounds (core/refine/remeshing.h), from so many facets; 0: not.
+  int remeshed_faces = 0;
+  double remesh_seconds = 0;
+  bool left_out = false;    // no vertex is supported on it: nothing was moved
+  bool undone = false;      // all of the mesh was set back to the level's start
+  int undone_vertices = 0;  // that had moved and were set back
   // Zero with guard.crossings off.
   BeforeAndAfter<int> crossing_facets;  // that cross another one (core/mesh/crossings.h)
   BeforeAndAfter<double>
@@ -89,12 +92,22 @@ struct LevelStart {
   std::vector<Camera> cameras;
 };
 
+// A mesh that was cut anew, as it was before.
+struct RemeshStart {
+  TriangleMesh mesh;
+  std::vector<Eigen::Vector3d> input_position;
+  std::vector<char> was_supported;
+};
+
 struct RefinementState {
-  int level = 0;      // of the pyramid, the one in work
-  int round = 0;      // on it, the next to run; 0: the level's preparations are to be made
+  int level = 0;  // of the pyramid, the one in work
+  bool remeshed =
+      false;      // the finest level a second time, on a surface that is cut anew before round 0
+  int round = 0;  // on it, the next to run; 0: the level's preparations are to be made
   TriangleMesh mesh;  // normalised world; input vertices first, then new ones as made
   std::vector<Eigen::Vector3d> input_position;  // of mesh.vertices, on the surface of the input
   LevelStart level_start;
+  RemeshStart remesh_start;         // of a remeshed level
   MeshOrder order;                  // that the level works in; empty when round is 0
   std::vector<char> was_supported;  // by vertex of `mesh`: some pair has seen a facet of it
   RefinementSummary summary;

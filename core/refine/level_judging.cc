@@ -1,0 +1,95 @@
+// What a level shows to its judge, what it takes back, and the level on a surface that is cut anew.
+#include <algorithm>
+#include <utility>
+
+#include "core/mesh/mesh_order.h"
+#include "core/refine/level.h"
+#include "core/refine/remeshing.h"
+#include "core/support/stopwatch.h"
+
+namespace burin {
+
+void Level::Remesh(RefinementState* state) {
+  const MeshOrder order = OrderAlongCurve(state->mesh);
+  mesh_ = Ordered(state->mesh, order);
+  frozen_ = Freeze(*state, /*hold_back=*/true);
+  if (task_.parts.judge != nullptr) {
+    FreezeTerms(frozen_.get());
+    task_.parts.judge->BeginLevel(frozen_->context, *frozen_->terms, LevelFacets::kOther);
+    frozen_->terms.reset();
+  }
+  std::vector<Camera> cameras;
+  for (const LevelView& view : views_) cameras.push_back(view.camera);
+  const Stopwatch watch;
+  RemeshState(mesh_, order, cameras, frozen_->domains, task_.options.surface, state);
+  frozen_.reset();
+  LevelSummary& level = state->summary.levels.back();
+  level.remeshed_faces = static_cast<int>(mesh_.faces.size());
+  level.remesh_seconds = watch.Seconds();
+}
+
+void Level::ShowJudge(const RefinementState& state, const TriangleMesh& start,
+                      const std::vector<Camera>& cameras, LevelFacets facets) {
+  const std::vector<LevelView> views_now = views_;
+  SeeThrough(cameras);
+  const TriangleMesh now = std::exchange(mesh_, start);
+  const std::unique_ptr<Frozen> first = Freeze(state, /*hold_back=*/true);
+  FreezeTerms(first.get());
+  task_.parts.judge->BeginLevel(first->context, *first->terms, facets);
+  mesh_ = now;
+  views_ = views_now;
+}
+
+void Level::ShowJudgeTheStart(const RefinementState& state) {
+  if (task_.parts.judge == nullptr) return;
+  if (state.remeshed) {
+    const TriangleMesh& start = state.remesh_start.mesh;
+    ShowJudge(state, Ordered(start, OrderAlongCurve(start)), state.level_start.cameras,
+              LevelFacets::kOther);
+    return;
+  }
+  TriangleMesh start = state.mesh;
+  start.vertices = state.level_start.vertices;
+  ShowJudge(state, Ordered(start, state.order), state.level_start.cameras, LevelFacets::kSame);
+}
+
+void Level::Judge(RefinementState* state) {
+  if (task_.parts.judge == nullptr) return;
+  if (frozen_ == nullptr || frozen_->context.held_back == nullptr) {
+    // The run was stopped in a round that was not to be the level's last.
+    frozen_.reset();
+    frozen_ = Freeze(*state, /*hold_back=*/true);
+    FreezeTerms(frozen_.get());
+  }
+  const LevelVerdict verdict =
+      task_.parts.judge->EndLevel(frozen_->context, *frozen_->terms, mesh_);
+  LevelSummary& level = state->summary.levels.back();
+  level.held_back = verdict.report;
+  bool all = true;
+  if (state->remeshed) {
+    level.undone = std::find(verdict.undo.begin(), verdict.undo.end(), 1) != verdict.undo.end();
+    if (!level.undone) return;
+    level.undone_vertices = level.vertices;
+    UndoRemeshing(state);
+    level.vertices = static_cast<int>(state->mesh.vertices.size());
+    level.faces = static_cast<int>(state->mesh.faces.size());
+    frozen_.reset();
+    return;
+  }
+  for (size_t k = 0; k < verdict.undo.size(); ++k) {
+    all &= verdict.undo[k] != 0;
+    if (verdict.undo[k] == 0) continue;
+    const int v = state->order.vertex[k];
+    if (state->mesh.vertices[v] != state->level_start.vertices[v]) ++level.undone_vertices;
+    state->mesh.vertices[v] = state->level_start.vertices[v];
+    state->was_supported[v] = state->level_start.was_supported[v];
+  }
+  level.undone = all;
+  if (all) {
+    state->summary.cameras = state->level_start.cameras;
+    SeeThrough(state->summary.cameras);
+  }
+  if (level.undone_vertices > 0) frozen_.reset();
+}
+
+}  // namespace burin

@@ -1,0 +1,50 @@
+#include "core/refine/remeshing.h"
+
+#include <algorithm>
+
+#include "core/mesh/edge_lengths.h"
+
+namespace burin {
+
+void RemeshState(const TriangleMesh& mesh, const MeshOrder& order,
+                 const std::vector<Camera>& cameras, const std::vector<ViewDomain>& domains,
+                 const RemeshingOptions& options, RefinementState* state) {
+  std::vector<std::vector<char>> visible(mesh.faces.size(), std::vector<char>(cameras.size(), 0));
+  for (size_t v = 0; v < cameras.size(); ++v) {
+    for (const int f : domains[v].facet) visible[f][v] = 1;
+  }
+  EdgeLengthOptions lengths;
+  lengths.chord_px = options.chord_px;
+  lengths.min_px = std::min(options.min_edge_px, options.max_edge_px);
+  lengths.max_px = options.max_edge_px;
+  Remeshed made = Remesh(mesh, EdgeLengths(mesh, PixelWidths(mesh, cameras, &visible), lengths),
+                         RemeshOptions());
+  std::vector<Eigen::Vector3d> input_position;
+  std::vector<char> was_supported;
+  for (const RemeshedVertex& on : made.on) {
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();
+    int nearest = 0;
+    for (int k = 0; k < 3; ++k) {
+      position += on.weights[k] * state->input_position[order.vertex[mesh.faces[on.facet][k]]];
+      if (on.weights[k] > on.weights[nearest]) nearest = k;
+    }
+    input_position.push_back(position);
+    was_supported.push_back(state->was_supported[order.vertex[mesh.faces[on.facet][nearest]]]);
+  }
+  state->remesh_start = {std::move(state->mesh), std::move(state->input_position),
+                         std::move(state->was_supported)};
+  state->mesh = std::move(made.mesh);
+  state->input_position = std::move(input_position);
+  state->was_supported = std::move(was_supported);
+  state->order = OrderAlongCurve(state->mesh);
+}
+
+void UndoRemeshing(RefinementState* state) {
+  state->mesh = std::move(state->remesh_start.mesh);
+  state->input_position = std::move(state->remesh_start.input_position);
+  state->was_supported = std::move(state->remesh_start.was_supported);
+  state->remesh_start = {};
+  state->order = OrderAlongCurve(state->mesh);
+}
+
+}  // namespace burin

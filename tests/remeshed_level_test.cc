@@ -1,0 +1,157 @@
+// The finest level once more on a surface that is cut anew: one transaction of the guard, with all that a vertex knows.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "apps/run/pipeline.h"
+#include "core/evaluate/evaluation.h"
+#include "core/refine/level_judge.h"
+#include "core/support/parallel.h"
+#include "core/synthetic/synthetic.h"
+#include "tests/small_relief.h"
+
+namespace burin {
+namespace {
+
+const SyntheticScene& Relief() {
+  static const auto* scene = new SyntheticScene(MakeSyntheticScene(test::SmallReliefOptions(7)));
+  return *scene;
+}
+
+PipelineOptions Options(SurfaceFacets remesh) {
+  PipelineOptions options;
+  options.refinement.level.count = 2;
+  options.refinement.surface.remesh = remesh;
+  options.refinement.surface.rounds = 2;
+  return options;
+}
+
+PipelineResult Run(const PipelineOptions& options, const PipelineParts& parts = {}) {
+  return RunPipeline(Relief().scene, Relief().init, options, parts);
+}
+
+// 4 sqrt 3 A / (sum of squared edges): 1 for an equilateral triangle.
+double MeanQuality(const TriangleMesh& mesh) {
+  double sum = 0;
+  for (size_t f = 0; f < mesh.faces.size(); ++f) {
+    double squares = 0;
+    for (int k = 0; k < 3; ++k) {
+      squares += (mesh.vertices[mesh.faces[f][(k + 1) % 3]] - mesh.vertices[mesh.faces[f][k]])
+                     .squaredNorm();
+    }
+    sum += 2 * std::sqrt(3) * FaceAreaNormal(mesh, static_cast<int>(f)).norm() / squares;
+  }
+  return sum / static_cast<double>(mesh.faces.size());
+}
+
+TEST(RemeshedLevel, HasFewerAndBetterFacetsAndAsGoodASurface) {
+  const PipelineResult plain = Run(Options(SurfaceFacets::kNone));
+  const PipelineResult result = Run(Options(SurfaceFacets::kAdapted));
+  ASSERT_EQ(plain.refinement.levels.size(), 2U);
+  ASSERT_EQ(result.refinement.levels.size(), 3U);
+  const LevelSummary& level = result.refinement.levels.back();
+  EXPECT_EQ(level.level, 0);
+  EXPECT_EQ(static_cast<size_t>(level.remeshed_faces), plain.mesh.faces.size());
+  EXPECT_EQ(static_cast<size_t>(level.faces), result.mesh.faces.size());
+  EXPECT_FALSE(level.undone);
+  EXPECT_EQ(level.rounds.size(), 2U);
+  EXPECT_EQ(level.rounds[0].round, 2);  // of the level's
+  EXPECT_LT(result.mesh.faces.size(), 0.7 * plain.mesh.faces.size());
+  EXPECT_GT(MeanQuality(result.mesh), 0.94);
+  EXPECT_LT(MeanQuality(plain.mesh), 0.9);
+  const double before = RmseToTruthMesh(plain.mesh, Relief().truth, 20000);
+  const double after = RmseToTruthMesh(result.mesh, Relief().truth, 20000);
+  EXPECT_LT(after, 1.1 * before);
+  std::printf("%zu -> %zu facets, quality %.3f -> %.3f, rmse %.3f -> %.3f px\n",
+              plain.mesh.faces.size(), result.mesh.faces.size(), MeanQuality(plain.mesh),
+              MeanQuality(result.mesh), before / Relief().footprint, after / Relief().footprint);
+}
+
+TEST(RemeshedLevel, KnowsWhereOnTheInputItLay) {
+  PipelineParts parts;
+  bool seen = false;
+  parts.observers.on_end = [&](const RefinementEnd& end) {
+    seen = true;
+    TriangleMesh start{end.input_position, end.mesh->faces};
+    const NormalizedWorld world = NormalizedWorld::Of(Relief().scene, Relief().init);
+    // The input is flat between its vertices; facets that lie over its edges cut them short.
+    EXPECT_LT(RmseToTruthMesh(world.ToWorld(std::move(start)), Relief().init, 20000),
+              0.1 * Relief().footprint);
+  };
+  Run(Options(SurfaceFacets::kAdapted), parts);
+  EXPECT_TRUE(seen);
+}
+
+// Says no to a level on other facets.
+class NoOtherFacets : public LevelJudge {
+ public:
+  const std::vector<CameraPair>& HeldBackPairs() const override { return pairs_; }
+  void BeginLevel(const RoundContext& first, const TermRounds& /*terms*/,
+                  LevelFacets facets) override {
+    other_ = facets == LevelFacets::kOther;
+    if (other_) start_ = first.mesh->faces.size();
+  }
+  LevelVerdict EndLevel(const RoundContext& last, const TermRounds& /*terms*/,
+                        const TriangleMesh& after) override {
+    EXPECT_NE(last.held_back, nullptr);
+    if (other_) EXPECT_NE(start_, after.faces.size());
+    return {std::vector<char>(after.vertices.size(), other_ ? 1 : 0), "said"};
+  }
+
+ private:
+  const std::vector<CameraPair> pairs_ = {{2, 5}};
+  bool other_ = false;
+  size_t start_ = 0;
+};
+
+TEST(RemeshedLevel, UndoneIsAsIfItNeverWas) {
+  const auto run = [](SurfaceFacets remesh) {
+    NoOtherFacets judge;
+    PipelineParts parts;
+    parts.judge = &judge;
+    return Run(Options(remesh), parts);
+  };
+  const PipelineResult plain = run(SurfaceFacets::kNone);
+  const PipelineResult undone = run(SurfaceFacets::kAdapted);
+  EXPECT_TRUE(undone.refinement.levels.back().undone);
+  EXPECT_EQ(plain.mesh.vertices, undone.mesh.vertices);
+  EXPECT_EQ(plain.mesh.faces, undone.mesh.faces);
+  EXPECT_EQ(static_cast<size_t>(undone.refinement.levels.back().faces), plain.mesh.faces.size());
+}
+
+TEST(RemeshedLevel, GoesOnFromEveryStateToTheSameBytes) {
+  std::vector<std::vector<uint8_t>> states;
+  PipelineParts parts;
+  parts.observers.on_state = [&](const RefinementState& state) {
+    if (state.remeshed) states.push_back(StateBytes(state));
+  };
+  const PipelineResult whole = Run(Options(SurfaceFacets::kAdapted), parts);
+  ASSERT_EQ(states.size(), 2U);  // before its first round, and after it
+  for (const std::vector<uint8_t>& bytes : states) {
+    const RefinementState state = StateFromBytes(bytes);
+    PipelineParts rest;
+    rest.start = &state;
+    const PipelineResult result = Run(Options(SurfaceFacets::kAdapted), rest);
+    EXPECT_EQ(result.mesh.vertices, whole.mesh.vertices);
+    EXPECT_EQ(result.mesh.faces, whole.mesh.faces);
+    EXPECT_EQ(result.refinement.levels.back().held_back["after"],
+              whole.refinement.levels.back().held_back["after"]);
+    EXPECT_EQ(result.refinement.levels.back().held_back["before"],
+              whole.refinement.levels.back().held_back["before"]);
+  }
+}
+
+TEST(RemeshedLevel, IsTheSameOnAnyNumberOfThreads) {
+  PipelineOptions options = Options(SurfaceFacets::kAdapted);
+  options.threads = 1;
+  const PipelineResult one = Run(options);
+  options.threads = 2;
+  const PipelineResult two = Run(options);
+  EXPECT_EQ(one.mesh.vertices, two.mesh.vertices);
+  EXPECT_EQ(one.mesh.faces, two.mesh.faces);
+}
+
+}  // namespace
+}  // namespace burin
