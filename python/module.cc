@@ -129,6 +129,16 @@ void Warn(const std::string& line) {
   if (PyErr_WarnEx(PyExc_RuntimeWarning, line.c_str(), 2) != 0) throw py::error_already_set();
 }
 
+py::dict SurfaceDict(const TriangleMesh& mesh, const std::vector<VertexScalar>& scalars) {
+  py::dict quality;
+  for (const VertexScalar& scalar : scalars) quality[scalar.name.c_str()] = Array(scalar.values);
+  py::dict surface;
+  surface["vertices"] = Array(mesh.vertices);
+  surface["faces"] = Array(mesh.faces);
+  surface["quality"] = quality;
+  return surface;
+}
+
 // Python's signal handlers run between iterations, so that Ctrl-C ends a refinement; what they or the
 // callback raise is raised again when the refinement has ended.
 py::dict RefineMesh(const Scene& scene, const py::array& vertices, const py::array& faces,
@@ -183,13 +193,15 @@ py::dict RefineMesh(const Scene& scene, const py::array& vertices, const py::arr
   }
   if (raised) std::rethrow_exception(raised);
   CloseParts(mesh, &result, &inputs.parts);
-  py::dict quality;
-  for (const VertexScalar& scalar : result.quality)
-    quality[scalar.name.c_str()] = Array(scalar.values);
-  py::dict out;
-  out["vertices"] = Array(result.mesh.vertices);
-  out["faces"] = Array(result.mesh.faces);
-  out["quality"] = quality;
+  py::dict out = SurfaceDict(result.mesh, result.quality);
+  out["whole"] = py::none();
+  if (result.trimming.has_value()) {
+    py::dict whole = SurfaceDict(result.trimming->whole, result.trimming->quality);
+    std::vector<std::string> reasons;
+    for (const CutReason reason : result.trimming->reasons) reasons.push_back(NameOf(reason));
+    whole["cut"] = reasons;
+    out["whole"] = whole;
+  }
   std::vector<Eigen::Matrix3d> intrinsics;
   for (const Camera& camera : result.refinement.cameras) intrinsics.push_back(IntrinsicsOf(camera));
   const py::tuple poses = PoseArrays(result.refinement.cameras);

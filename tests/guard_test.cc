@@ -347,7 +347,8 @@ TEST(WeakEvidence, TwoSheetsThreePixelsApartStayApart) {
 double RmsSd(const PipelineResult& result) {
   double squared = 0;
   int count = 0;
-  for (const float sd : result.quality.back().values) {
+  EXPECT_EQ(result.quality[3].name, "sd_px");
+  for (const float sd : result.quality[3].values) {
     if (!std::isfinite(sd)) continue;
     squared += sd * sd;
     ++count;

@@ -98,7 +98,7 @@ void DemoCommand::Run() {
   const PipelineResult result = RunPipeline(synthetic.scene, synthetic.init, options, parts);
   progress.End();
 
-  WriteMesh(folder / "refined.ply", result.mesh, nullptr, result.quality);
+  WriteSurface(folder, result);
   WriteTextAtomically(folder / "trace.csv", TraceCsv(events));
   inputs.command_line = "burin demo --output " + output;
   inputs.scene_path = (folder / "scene").string();

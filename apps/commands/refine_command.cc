@@ -164,7 +164,7 @@ void RefineCommand::HandBack(const JudgedScene& judged, const RunInputs& inputs,
   result.by_tracks = judged.by_tracks;
   nlohmann::ordered_json summary = SummaryJson(inputs, options, result, seconds);
   summary["complete"] = true;
-  WriteMesh(folder / "refined.ply", *inputs.mesh);
+  WriteSurface(folder, result);
   WriteTextAtomically(folder / "trace.csv", TraceCsv({}));
   WriteTextAtomically(folder / "config.toml", ConfigText(set));
   WriteTextAtomically(folder / "summary.json", JsonText(summary));
@@ -176,7 +176,7 @@ void RefineCommand::HandBack(const JudgedScene& judged, const RunInputs& inputs,
 
 // An interrupted run needs the mesh that it began with.
 void RefineCommand::RefuseToReplaceTheMesh(const std::filesystem::path& folder) const {
-  std::vector<std::filesystem::path> written = {folder / "refined.ply"};
+  std::vector<std::filesystem::path> written = {folder / "refined.ply", folder / "whole.ply"};
   for (int level = 0; level_meshes && level < 32; ++level)
     written.push_back(LevelPath(folder, level));
   for (const std::filesystem::path& file : written) {
@@ -313,9 +313,10 @@ void RefineCommand::Run() {
   }
   CloseParts(mesh, &result, &inputs.parts);
   if (result.closing.has_value()) progress.Line(ClosingLine(*result.closing));
+  if (result.trimming.has_value()) progress.Line(TrimText(*result.trimming));
   progress.End();
 
-  WriteMesh(folder / "refined.ply", result.mesh, nullptr, result.quality);
+  WriteSurface(folder, result);
   WriteTextAtomically(folder / "trace.csv", TraceCsv(checkpoint.events));
   WriteTextAtomically(folder / "config.toml", ConfigText(set));
   if (pictures) WritePictures(folder, scene, mesh, result.mesh);

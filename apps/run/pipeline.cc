@@ -1,11 +1,10 @@
 #include "apps/run/pipeline.h"
 
-#include <cmath>
-#include <limits>
 #include <utility>
 
 #include "apps/run/free_space_output.h"
 #include "apps/run/measure_closing.h"
+#include "apps/run/surface_quality.h"
 #include "core/cameras/lens_change.h"
 #include "core/cameras/refined_scene.h"
 #include "core/support/error.h"
@@ -30,6 +29,11 @@ void SurfaceOptions::Describe(OptionSet* set) {
            "Facets of the mesh that photographs see through: ignore = they take no part, are not "
            "split, and "
            "hide nothing; cut = they are not in the result either; keep = they are not looked for");
+  set->Add(
+      "surface.trim", &trim,
+      "What is cut away of the refined mesh; whole.ply keeps it: none = nothing; unseen = what no "
+      "camera pair sees; evidence = also what too few pairs see well enough to tell where it is "
+      "(docs/surface.md)");
 }
 
 void MemoryOptions::Describe(OptionSet* set) {
@@ -80,42 +84,6 @@ void PipelineOptions::Check() const {
 }
 
 namespace {
-
-constexpr int kVertexGrain = 1024;
-
-// pairs, zncc, displacement_px, sd_px; lengths in pixel footprints of the sharpest view (full
-// resolution) whose image the vertex projects into, NaN where there is none.
-std::vector<VertexScalar> QualityScalars(const RefinementEnd& reached,
-                                         const VertexQuality& quality) {
-  const TriangleMesh& mesh = *reached.mesh;
-  const std::vector<LevelView>& views = *reached.context->views;
-  const auto count = static_cast<int>(mesh.vertices.size());
-  std::vector<VertexScalar> scalars;
-  for (const char* name : {"pairs", "zncc", "displacement_px", "sd_px"}) {
-    scalars.push_back({name, std::vector<float>(count)});
-  }
-  ParallelFor(count, kVertexGrain, [&](int begin, int end) {
-    for (int v = begin; v < end; ++v) {
-      double footprint = std::numeric_limits<double>::infinity();
-      for (const LevelView& view : views) {
-        const Eigen::Vector3d& vertex = mesh.vertices[v];
-        if (view.camera.Depth(vertex) <= 0 || !view.camera.Contains(view.camera.Project(vertex))) {
-          continue;
-        }
-        footprint =
-            std::min(footprint, std::ldexp(view.camera.Footprint(vertex), -view.at.halvings));
-      }
-      const double pixels = std::isfinite(footprint) ? 1 / footprint : std::nan("");
-      const double moved = (mesh.vertices[v] - reached.input_position[v]).norm();
-      const int k = reached.index[v];
-      scalars[0].values[k] = quality.pairs[v];
-      scalars[1].values[k] = quality.zncc[v];
-      scalars[2].values[k] = static_cast<float>(moved * pixels);
-      scalars[3].values[k] = quality.sd[v] * static_cast<float>(pixels);
-    }
-  });
-  return scalars;
-}
 
 // What the levels and the free space say, into the closing figures.
 void CloseSurface(const PipelineOptions& options, PipelineResult* result) {
@@ -200,12 +168,15 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
   refinement.terms.insert(refinement.terms.end(), parts.more_terms.begin(), parts.more_terms.end());
   refinement.judge = judged ? &judge : parts.judge;
   refinement.solve_round = parts.solve_round;
+  std::vector<CutReason> reasons;  // by facet
   RefinementObservers observers = parts.observers;
   if (parts.measure_quality) {
     observers.on_end = [&](const RefinementEnd& end) {
       const VertexQuality quality =
           MeasureVertexQuality(*end.mesh, &photometric.RoundOf(*end.terms));
-      result.quality = QualityScalars(end, quality);
+      SurfaceQuality surface = MeasureSurface(end, quality, checked.surface.trim);
+      result.quality = std::move(surface.scalars);
+      reasons = std::move(surface.reasons);
       result.closing =
           MeasureClosing(scene, seen, *refined, result.selection, checked.refinement.level,
                          checked.photo, judged && held_back.empty(), end, quality);
@@ -223,6 +194,12 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
     DropPatchVertices(mesh, result.free_space, &result.mesh, &result.quality);
   } else {
     PutPatchesBack(mesh, result.free_space, &result.mesh);
+  }
+  // A mesh that is handed back is as it was given.
+  if (checked.surface.trim != SurfaceTrim::kNone && result.closing.has_value() &&
+      result.closing->moved) {
+    result.trimming =
+        TrimSurface(checked.surface.trim, std::move(reasons), &result.mesh, &result.quality);
   }
   return result;
 }

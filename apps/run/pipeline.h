@@ -10,6 +10,7 @@
 
 #include "apps/run/closing.h"
 #include "apps/run/mesh_parts.h"
+#include "apps/run/trim_surface.h"
 #include "core/cameras/track_step.h"
 #include "core/evidence/free_space.h"
 #include "core/mesh/mesh.h"
@@ -55,6 +56,7 @@ inline Choices<FreeSpaceAction> ChoicesOf(FreeSpaceAction) {
 
 struct SurfaceOptions {
   FreeSpaceAction free_space = FreeSpaceAction::kIgnore;
+  SurfaceTrim trim = SurfaceTrim::kNone;  // needs PipelineParts::measure_quality
   void Describe(OptionSet* set);
 };
 
@@ -97,10 +99,11 @@ struct PipelineResult {
   std::vector<VertexScalar>
       quality;  // of `mesh`, as docs/options.md names them; empty if not asked for
   std::optional<ClosingFigures> closing;  // likewise
-  std::vector<char> seen_with_part;       // likewise, by vertex of the mesh given: see SeenWithPart
-  std::optional<TrackStep> by_tracks;     // the one that was made in this run
-  std::shared_ptr<const Scene> seen;      // TrackStep::seen of the run; null: as given
-  FreeSpace free_space;  // of the mesh given; no patches with surface.free_space keep
+  std::optional<Trimming> trimming;    // the mesh before; nothing where surface.trim takes no part
+  std::vector<char> seen_with_part;    // likewise, by vertex of the mesh given: see SeenWithPart
+  std::optional<TrackStep> by_tracks;  // the one that was made in this run
+  std::shared_ptr<const Scene> seen;   // TrackStep::seen of the run; null: as given
+  FreeSpace free_space;                // of the mesh given; no patches with surface.free_space keep
   double selection_seconds = 0;
   double free_space_seconds = 0;
 

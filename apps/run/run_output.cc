@@ -138,6 +138,7 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
   }
   json["closing"] = result.closing.has_value() ? ClosingJson(*result.closing) : nullptr;
   json["free_space"] = FreeSpaceJson(result.free_space);
+  json["trim"] = result.trimming.has_value() ? TrimJson(*result.trimming) : nullptr;
   json["output"] = {{"vertices", result.mesh.vertices.size()},
                     {"faces", result.mesh.faces.size()},
                     {"footprint", result.refinement.footprint}};
@@ -207,6 +208,15 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
   json["termination"] =
       any_round ? result.refinement.levels.back().rounds.back().solve.termination : "No round ran.";
   return json;
+}
+
+void WriteSurface(const std::filesystem::path& folder, const PipelineResult& result) {
+  WriteMesh(folder / "refined.ply", result.mesh, nullptr, result.quality);
+  if (result.trimming.has_value()) {
+    WriteMesh(folder / "whole.ply", result.trimming->whole, nullptr, result.trimming->quality);
+  } else {
+    std::filesystem::remove(folder / "whole.ply");
+  }
 }
 
 std::string TraceCsv(const std::vector<RefinementEvent>& events) {

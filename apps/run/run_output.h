@@ -2,6 +2,7 @@
 // and trace.csv with one line per iteration.
 #pragma once
 
+#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
@@ -43,6 +44,9 @@ void CloseParts(const TriangleMesh& input, PipelineResult* result, MeshParts* pa
 // Everything about a finished run. `total_seconds` includes reading and writing.
 nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOptions& options,
                                    const PipelineResult& result, double total_seconds);
+
+// refined.ply, and whole.ply where something may be cut away; where not, one of an earlier run is removed.
+void WriteSurface(const std::filesystem::path& folder, const PipelineResult& result);
 
 // CSV text: level,round,iteration,energy,gradient_max,step_norm,accepted,linear_iterations,seconds
 std::string TraceCsv(const std::vector<RefinementEvent>& events);

@@ -315,6 +315,7 @@ void Level::ShowEnd(RefinementState* state) {
   end.terms = &*frozen_->terms;
   end.mesh = &mesh_;
   end.index = state->order.vertex;
+  end.face_index = state->order.face;
   for (const int v : end.index) end.input_position.push_back(state->input_position[v]);
   task_.observers.on_end(end);
 }

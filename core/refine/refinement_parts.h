@@ -45,7 +45,8 @@ struct RefinementEnd {
   const std::vector<Camera>* cameras = nullptr;  // of the scene's views, caller's world
   const TriangleMesh* mesh = nullptr;            // normalised world, in the context's order
   std::vector<Eigen::Vector3d> input_position;   // where on the input its vertices lay
-  std::vector<int> index;  // in the mesh that Refine() returns, of every vertex
+  std::vector<int> index;       // in the mesh that Refine() returns, of every vertex
+  std::vector<int> face_index;  // likewise, of every facet
 };
 
 // Who looks on. None of these changes the result, but that on_iteration may end the run.

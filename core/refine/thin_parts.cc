@@ -14,6 +14,12 @@ constexpr double kClear = 1e-2;
 
 std::vector<char> ThinVertices(const TriangleMesh& mesh,
                                const std::vector<Eigen::Vector3d>& normals, double width) {
+  return ThinVertices(mesh, normals, std::vector<double>(mesh.vertices.size(), width));
+}
+
+std::vector<char> ThinVertices(const TriangleMesh& mesh,
+                               const std::vector<Eigen::Vector3d>& normals,
+                               const std::vector<double>& width) {
   const MeshRays rays(mesh);
   const auto count = static_cast<int>(mesh.vertices.size());
   std::vector<char> thin(count, 0);
@@ -22,8 +28,9 @@ std::vector<char> ThinVertices(const TriangleMesh& mesh,
       if (normals[v].isZero()) continue;
       const Eigen::Vector3d inward = -normals[v];
       RayHit hit;
-      if (!rays.Intersect(mesh.vertices[v] + kClear * width * inward, inward, &hit, width))
+      if (!rays.Intersect(mesh.vertices[v] + kClear * width[v] * inward, inward, &hit, width[v])) {
         continue;
+      }
       if (FaceAreaNormal(mesh, hit.face).dot(inward) > 0) thin[v] = 1;
     }
   });

@@ -17,5 +17,9 @@ namespace burin {
 // where the normal is zero.
 std::vector<char> ThinVertices(const TriangleMesh& mesh,
                                const std::vector<Eigen::Vector3d>& normals, double width);
+// The same, each vertex with a width of its own.
+std::vector<char> ThinVertices(const TriangleMesh& mesh,
+                               const std::vector<Eigen::Vector3d>& normals,
+                               const std::vector<double>& width);
 
 }  // namespace burin

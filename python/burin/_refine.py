@@ -16,9 +16,12 @@ class Refinement:
 
     vertices: numpy.ndarray  # (V, 3), the scene's unit
     faces: numpy.ndarray  # (F, 3)
-    quality: dict  # per vertex: pairs, zncc, displacement_px, sd_px (docs/guard.md)
+    quality: dict  # per vertex: pairs, zncc, displacement_px, sd_px, cosine, step_px (docs/surface.md)
     cameras: dict  # names; intrinsics (V, 3, 3), rotations (V, 3, 3) and translations (V, 3) of the views used, refined (docs/cameras.md)
     summary: dict  # as summary.json has it
+    # With surface.trim: the mesh before anything was cut away; vertices, faces, quality, and `cut`, by facet the reason
+    # or "none". None where nothing was to be trimmed.
+    whole: typing.Optional[dict] = None
 
 
 @dataclasses.dataclass

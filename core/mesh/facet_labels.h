@@ -1,0 +1,23 @@
+// Yes or no for every facet of a mesh, made to hang together along the surface: what is cut away by it leaves smooth
+// rims, no specks, and no small holes.
+#pragma once
+
+#include <vector>
+
+#include "core/mesh/mesh.h"
+
+namespace burin {
+
+// Facets that share an edge with each facet, ascending, as rows of an Adjacency by facet.
+Adjacency FacetNeighbors(const TriangleMesh& mesh);
+
+// `cut` is 1 for facets to be cut away. Four steps of diffusion over facets that share an edge, to the nearer label.
+// Then, in this order: patches of facets to be cut with less than kLeastPatchPx square pixels that border on others are
+// kept (holes); such patches of others that border on facets to be cut are cut (islands); single teeth of the rim are
+// filled; and where what is left touches itself at a vertex only, it is left whole there. `area_px`: square pixels by
+// facet.
+constexpr double kLeastPatchPx = 200;
+std::vector<char> SmoothedLabels(const TriangleMesh& mesh, const std::vector<double>& area_px,
+                                 std::vector<char> cut);
+
+}  // namespace burin
