@@ -8,6 +8,7 @@
 #include "apps/run/pipeline.h"
 #include "core/evaluate/evaluation.h"
 #include "core/refine/level_judge.h"
+#include "core/refine/normalized_world.h"
 #include "core/support/parallel.h"
 #include "core/synthetic/synthetic.h"
 #include "tests/small_relief.h"
@@ -28,7 +29,7 @@ PipelineOptions Options(SurfaceFacets remesh) {
   return options;
 }
 
-PipelineResult Run(const PipelineOptions& options, const PipelineParts& parts = {}) {
+PipelineResult Refined(const PipelineOptions& options, const PipelineParts& parts = {}) {
   return RunPipeline(Relief().scene, Relief().init, options, parts);
 }
 
@@ -47,8 +48,8 @@ double MeanQuality(const TriangleMesh& mesh) {
 }
 
 TEST(RemeshedLevel, HasFewerAndBetterFacetsAndAsGoodASurface) {
-  const PipelineResult plain = Run(Options(SurfaceFacets::kNone));
-  const PipelineResult result = Run(Options(SurfaceFacets::kAdapted));
+  const PipelineResult plain = Refined(Options(SurfaceFacets::kNone));
+  const PipelineResult result = Refined(Options(SurfaceFacets::kAdapted));
   ASSERT_EQ(plain.refinement.levels.size(), 2U);
   ASSERT_EQ(result.refinement.levels.size(), 3U);
   const LevelSummary& level = result.refinement.levels.back();
@@ -80,13 +81,14 @@ TEST(RemeshedLevel, KnowsWhereOnTheInputItLay) {
     EXPECT_LT(RmseToTruthMesh(world.ToWorld(std::move(start)), Relief().init, 20000),
               0.1 * Relief().footprint);
   };
-  Run(Options(SurfaceFacets::kAdapted), parts);
+  Refined(Options(SurfaceFacets::kAdapted), parts);
   EXPECT_TRUE(seen);
 }
 
 // Says no to a level on other facets.
 class NoOtherFacets : public LevelJudge {
  public:
+  NoOtherFacets() { pairs_.push_back({2, 5}); }
   const std::vector<CameraPair>& HeldBackPairs() const override { return pairs_; }
   void BeginLevel(const RoundContext& first, const TermRounds& /*terms*/,
                   LevelFacets facets) override {
@@ -96,12 +98,14 @@ class NoOtherFacets : public LevelJudge {
   LevelVerdict EndLevel(const RoundContext& last, const TermRounds& /*terms*/,
                         const TriangleMesh& after) override {
     EXPECT_NE(last.held_back, nullptr);
-    if (other_) EXPECT_NE(start_, after.faces.size());
+    if (other_) {
+      EXPECT_NE(start_, after.faces.size());
+    }
     return {std::vector<char>(after.vertices.size(), other_ ? 1 : 0), "said"};
   }
 
  private:
-  const std::vector<CameraPair> pairs_ = {{2, 5}};
+  std::vector<CameraPair> pairs_;
   bool other_ = false;
   size_t start_ = 0;
 };
@@ -111,7 +115,7 @@ TEST(RemeshedLevel, UndoneIsAsIfItNeverWas) {
     NoOtherFacets judge;
     PipelineParts parts;
     parts.judge = &judge;
-    return Run(Options(remesh), parts);
+    return Refined(Options(remesh), parts);
   };
   const PipelineResult plain = run(SurfaceFacets::kNone);
   const PipelineResult undone = run(SurfaceFacets::kAdapted);
@@ -127,13 +131,13 @@ TEST(RemeshedLevel, GoesOnFromEveryStateToTheSameBytes) {
   parts.observers.on_state = [&](const RefinementState& state) {
     if (state.remeshed) states.push_back(StateBytes(state));
   };
-  const PipelineResult whole = Run(Options(SurfaceFacets::kAdapted), parts);
+  const PipelineResult whole = Refined(Options(SurfaceFacets::kAdapted), parts);
   ASSERT_EQ(states.size(), 2U);  // before its first round, and after it
   for (const std::vector<uint8_t>& bytes : states) {
     const RefinementState state = StateFromBytes(bytes);
     PipelineParts rest;
     rest.start = &state;
-    const PipelineResult result = Run(Options(SurfaceFacets::kAdapted), rest);
+    const PipelineResult result = Refined(Options(SurfaceFacets::kAdapted), rest);
     EXPECT_EQ(result.mesh.vertices, whole.mesh.vertices);
     EXPECT_EQ(result.mesh.faces, whole.mesh.faces);
     EXPECT_EQ(result.refinement.levels.back().held_back["after"],
@@ -146,9 +150,9 @@ TEST(RemeshedLevel, GoesOnFromEveryStateToTheSameBytes) {
 TEST(RemeshedLevel, IsTheSameOnAnyNumberOfThreads) {
   PipelineOptions options = Options(SurfaceFacets::kAdapted);
   options.threads = 1;
-  const PipelineResult one = Run(options);
+  const PipelineResult one = Refined(options);
   options.threads = 2;
-  const PipelineResult two = Run(options);
+  const PipelineResult two = Refined(options);
   EXPECT_EQ(one.mesh.vertices, two.mesh.vertices);
   EXPECT_EQ(one.mesh.faces, two.mesh.faces);
 }
