@@ -11,53 +11,10 @@
 #include <utility>
 
 #include "core/mesh/embree_mesh.h"
+#include "core/mesh/triangle_point.h"
 
 namespace burin {
 namespace {
-
-// Where on a triangle a point lies: inside, on edge c (from corner c to c+1), or at corner c.
-enum class Feature { kFace, kEdge, kCorner };
-
-struct TrianglePoint {
-  Eigen::Vector3d point;
-  double squared_distance = std::numeric_limits<double>::infinity();
-  Feature feature = Feature::kFace;
-  int which = 0;
-};
-
-// Triangles without area have no inside and are handled by their edges; an edge without length is a
-// point.
-TrianglePoint ClosestOnTriangle(const Eigen::Vector3d& query, const Eigen::Vector3d (&corners)[3]) {
-  TrianglePoint best;
-  const Eigen::Vector3d normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-  const double squared_area = normal.squaredNorm();
-  bool inside = squared_area > 0;
-  for (int c = 0; c < 3 && inside; ++c) {
-    const Eigen::Vector3d edge = corners[(c + 1) % 3] - corners[c];
-    inside = normal.dot(edge.cross(query - corners[c])) >= 0;
-  }
-  if (inside) {
-    const double height = normal.dot(query - corners[0]);
-    best.point = query - (height / squared_area) * normal;
-    best.squared_distance = height * height / squared_area;
-    return best;
-  }
-  for (int c = 0; c < 3; ++c) {
-    const Eigen::Vector3d edge = corners[(c + 1) % 3] - corners[c];
-    const double squared_length = edge.squaredNorm();
-    double t = squared_length > 0 ? edge.dot(query - corners[c]) / squared_length : 0.0;
-    t = std::min(1.0, std::max(0.0, t));
-    const Eigen::Vector3d point = t < 1 ? corners[c] + t * edge : corners[(c + 1) % 3];
-    const double squared_distance = (query - point).squaredNorm();
-    if (squared_distance < best.squared_distance) {
-      best.point = point;
-      best.squared_distance = squared_distance;
-      best.feature = t > 0 && t < 1 ? Feature::kEdge : Feature::kCorner;
-      best.which = t < 1 ? c : (c + 1) % 3;
-    }
-  }
-  return best;
-}
 
 Eigen::Vector3d UnitOrZero(const Eigen::Vector3d& vector) {
   const double length = vector.norm();
@@ -159,11 +116,11 @@ struct MeshDistance::Data {
 
   Eigen::Vector3d Pseudonormal(int face, const TrianglePoint& point) const {
     switch (point.feature) {
-      case Feature::kFace:
+      case TriangleFeature::kFace:
         return face_normals[face];
-      case Feature::kCorner:
+      case TriangleFeature::kCorner:
         return vertex_normals[mesh.faces[face][point.which]];
-      case Feature::kEdge:
+      case TriangleFeature::kEdge:
         break;
     }
     const int other = across[face][point.which];

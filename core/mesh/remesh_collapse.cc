@@ -1,0 +1,250 @@
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "core/mesh/remesh_steps.h"
+
+namespace burin {
+namespace {
+
+using OpenMesh::EdgeHandle;
+using OpenMesh::FaceHandle;
+using OpenMesh::HalfedgeHandle;
+using OpenMesh::VertexHandle;
+
+constexpr double kTooLong = 4.0 / 3;
+constexpr double kTooShort = 4.0 / 5;
+constexpr int kMaxPasses = 8;
+// A facet that a collapse changes has at least this quality, and turns by no more than this (cosine), unless it was worse.
+constexpr double kLeastQuality = 0.2;
+constexpr double kLeastTurn = 0.7;
+constexpr double kNoNormal = 0.05;  // quality of a facet whose normal says nothing
+// Of the wanted length: how far a vertex of the border may be off the chord that replaces it; and what the surface may move for the middle to be
+// preferred.
+constexpr double kBorderTolerance = 0.08;
+constexpr double kSurfaceTolerance = 0.04;
+
+// Edges by a key, ascending.
+using Queue = std::vector<std::pair<double, EdgeHandle>>;
+
+void Sort(Queue* queue) {
+  std::sort(queue->begin(), queue->end(), [](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first < b.first : a.second.idx() < b.second.idx();
+  });
+}
+
+class Collapser {
+ public:
+  Collapser(RemeshState* state, double longest) : state_(*state), longest_(longest) {}
+
+  bool Collapse(EdgeHandle edge) {
+    const HalfedgeHandle h = state_.half_edges().halfedge_handle(edge, 0);
+    const RemeshVertex& from = state_[state_.From(h)];
+    const RemeshVertex& to = state_[state_.To(h)];
+    // Where the ends face apart the surface is a rod or a rim: as thin as it may become.
+    if (from.normal.dot(to.normal) < 0) return false;
+    if (!MayGo(h)) return MayGo(Opposite(h)) && CollapseTo(Opposite(h), from);
+    if (!MayGo(Opposite(h))) return CollapseTo(h, to);
+    if (from.border >= 0) return CollapseTo(h, to) || CollapseTo(Opposite(h), from);
+    const RemeshVertex middle = state_.OnSurfaceAt(0.5 * (from.position + to.position), from);
+    const double bound = kSurfaceTolerance * state_.WantedLength(h);
+    const double errors[3] = {Error(h, middle.position) - bound, Error(h, from.position),
+                              Error(h, to.position)};
+    int order[3] = {0, 1, 2};
+    std::sort(order, order + 3, [&](int a, int b) {
+      const double of_a = std::max(0.0, errors[a]);
+      const double of_b = std::max(0.0, errors[b]);
+      return of_a != of_b ? of_a < of_b : a < b;
+    });
+    for (const int candidate : order) {
+      if (candidate == 0 && CollapseTo(h, middle)) return true;
+      if (candidate == 1 && CollapseTo(Opposite(h), from)) return true;
+      if (candidate == 2 && CollapseTo(h, to)) return true;
+    }
+    return false;
+  }
+
+ private:
+  HalfedgeHandle Opposite(HalfedgeHandle h) const {
+    return state_.half_edges().opposite_halfedge_handle(h);
+  }
+
+  // The vertex that the half-edge comes from: not fixed, nor a corner or the only hold of a border.
+  bool MayGo(HalfedgeHandle h) const {
+    const OpenMesh::TriConnectivity& mesh = state_.half_edges();
+    const VertexHandle v = state_.From(h);
+    if (state_[v].fixed >= 0) return false;
+    if (state_[v].border < 0) return true;
+    HalfedgeHandle next;  // the other border edge at v, away from v
+    if (mesh.is_boundary(h)) {
+      next = Opposite(mesh.prev_halfedge_handle(h));
+    } else if (mesh.is_boundary(Opposite(h))) {
+      next = mesh.next_halfedge_handle(Opposite(h));
+    } else {
+      return false;
+    }
+    const Eigen::Vector3d& from = state_.Position(state_.To(h));
+    const Eigen::Vector3d chord = state_.Position(state_.To(next)) - from;
+    const Eigen::Vector3d offset = state_.Position(v) - from;
+    const double squared_length = chord.squaredNorm();
+    if (!(squared_length > 0)) return false;
+    const double t = std::clamp(chord.dot(offset) / squared_length, 0.0, 1.0);
+    return (offset - t * chord).norm() <= kBorderTolerance * state_.WantedLength(h);
+  }
+
+  // The largest distance from `position` to the planes of the facets around the end that would move there.
+  double Error(HalfedgeHandle h, const Eigen::Vector3d& position) const {
+    double error = 0;
+    for (const VertexHandle v : {state_.From(h), state_.To(h)}) {
+      state_.ForFacets(v, [&](HalfedgeHandle side) {
+        const Eigen::Vector3d& at = state_.Position(v);
+        const Eigen::Vector3d normal = (state_.Position(state_.To(side)) - at)
+                                           .cross(state_.Position(state_.Opposite(side)) - at);
+        const double length = normal.norm();
+        if (length > 0) error = std::max(error, std::abs(normal.dot(position - at)) / length);
+      });
+    }
+    return error;
+  }
+
+  bool KeepsShape(VertexHandle v, VertexHandle other, const RemeshVertex& target) const {
+    bool good = true;
+    state_.ForFacets(v, [&](HalfedgeHandle side) {
+      const VertexHandle x = state_.To(side);
+      const VertexHandle y = state_.Opposite(side);
+      if (!good || x == other || y == other) return;
+      const RemeshVertex& a = state_[v];
+      const RemeshVertex& b = state_[x];
+      const RemeshVertex& c = state_[y];
+      for (const RemeshVertex* end : {&b, &c}) {
+        const double length = (end->position - target.position).norm();
+        if (length > longest_ * 0.5 * (end->length + target.length) &&
+            length > (end->position - a.position).norm()) {
+          good = false;
+          return;
+        }
+      }
+      const FacetFit before = FitOf(a, b, c);
+      good = FitOf(target, b, c).MayReplace(before, kLeastQuality);
+      if (!good || before.quality < kNoNormal) return;
+      const Eigen::Vector3d edge = c.position - b.position;
+      const Eigen::Vector3d old_normal = edge.cross(a.position - b.position);
+      const Eigen::Vector3d new_normal = edge.cross(target.position - b.position);
+      good = old_normal.dot(new_normal) >= kLeastTurn * old_normal.norm() * new_normal.norm();
+    });
+    return good;
+  }
+
+  // A corner beside the edge that would be left with two facets.
+  bool LeavesFlap(HalfedgeHandle h) const {
+    const OpenMesh::TriConnectivity& mesh = state_.half_edges();
+    for (const HalfedgeHandle side : {h, Opposite(h)}) {
+      if (mesh.is_boundary(side)) continue;
+      const VertexHandle corner = state_.Opposite(side);
+      if (mesh.valence(corner) <= (mesh.is_boundary(corner) ? 2U : 3U)) return true;
+    }
+    return false;
+  }
+
+  // By value: the target is one of the vertices that change.
+  bool CollapseTo(HalfedgeHandle h, const RemeshVertex target) {
+    const VertexHandle from = state_.From(h);
+    const VertexHandle to = state_.To(h);
+    if (!KeepsShape(from, to, target) || !KeepsShape(to, from, target) || LeavesFlap(h) ||
+        !state_.half_edges().is_collapse_ok(h)) {
+      return false;
+    }
+    state_.half_edges().collapse(h);
+    state_[to] = target;
+    return true;
+  }
+
+  RemeshState& state_;
+  const double longest_;  // of the wanted length, that an edge may become
+};
+
+}  // namespace
+
+int SplitLongEdges(RemeshState* state) {
+  OpenMesh::TriConnectivity& mesh = state->half_edges();
+  const auto ratio = [&](EdgeHandle e) {
+    const HalfedgeHandle h = mesh.halfedge_handle(e, 0);
+    return state->Length(h) / state->WantedLength(h);
+  };
+  int count = 0;
+  for (int first = 0;;) {
+    Queue queue;
+    for (int e = first; e < static_cast<int>(mesh.n_edges()); ++e) {
+      const EdgeHandle edge(e);
+      if (!state->IsAlive(edge) || state->IsFixed(edge)) continue;
+      const double r = ratio(edge);
+      if (r > kTooLong) queue.emplace_back(-r, edge);
+    }
+    if (queue.empty()) return count;
+    Sort(&queue);
+    for (const auto& [key, edge] : queue) {
+      const HalfedgeHandle h = mesh.halfedge_handle(edge, 0);
+      const RemeshVertex& from = state->operator[](state->From(h));
+      const RemeshVertex& to = state->operator[](state->To(h));
+      RemeshVertex near = from.fixed < 0 ? from : to;
+      near.fixed = -1;
+      if (!mesh.is_boundary(edge)) near.border = -1;
+      const RemeshVertex middle = state->At(0.5 * (from.position + to.position), near);
+      mesh.split(edge, state->Add(middle));
+      ++count;
+    }
+  }
+}
+
+int CollapseShortEdges(RemeshState* state) {
+  const OpenMesh::TriConnectivity& mesh = state->half_edges();
+  const auto ratio = [&](EdgeHandle e) {
+    const HalfedgeHandle h = mesh.halfedge_handle(e, 0);
+    return state->Length(h) / state->WantedLength(h);
+  };
+  Collapser collapser(state, kTooLong);
+  int count = 0;
+  for (int pass = 0; pass < kMaxPasses; ++pass) {
+    Queue queue;
+    for (int e = 0; e < static_cast<int>(mesh.n_edges()); ++e) {
+      const EdgeHandle edge(e);
+      if (!state->IsAlive(edge)) continue;
+      const double r = ratio(edge);
+      if (r < kTooShort) queue.emplace_back(r, edge);
+    }
+    Sort(&queue);
+    int done = 0;
+    for (const auto& [key, edge] : queue) {
+      if (!state->IsAlive(edge) || ratio(edge) >= kTooShort) continue;
+      done += static_cast<int>(collapser.Collapse(edge));
+    }
+    count += done;
+    if (done == 0) break;
+  }
+  return count;
+}
+
+int CollapseSlivers(RemeshState* state, double least_quality) {
+  const OpenMesh::TriConnectivity& mesh = state->half_edges();
+  constexpr double kStillBearable = 1.6;
+  Collapser collapser(state, kStillBearable);
+  int count = 0;
+  for (int f = 0; f < static_cast<int>(mesh.n_faces()); ++f) {
+    const FaceHandle face(f);
+    if (!state->IsAlive(face)) continue;
+    HalfedgeHandle h = mesh.halfedge_handle(face);
+    HalfedgeHandle shortest = h;
+    for (int c = 0; c < 3; ++c, h = mesh.next_halfedge_handle(h)) {
+      if (state->Length(h) < state->Length(shortest)) shortest = h;
+    }
+    VertexHandle v[3];
+    state->Corners(face, v);
+    if (FitOf((*state)[v[0]], (*state)[v[1]], (*state)[v[2]]).quality >= least_quality) continue;
+    count += static_cast<int>(collapser.Collapse(mesh.edge_handle(shortest)));
+  }
+  return count;
+}
+
+}  // namespace burin
