@@ -13,6 +13,7 @@ namespace burin {
 namespace {
 
 constexpr int kBatches = 64;
+constexpr double kAllowedLoss = 0.05;  // by fewer facets, of the gain before
 
 // Sums over pieces of surface, in batches of neighbouring ones.
 class Comparison {
@@ -92,9 +93,14 @@ HeldBackVerdict CompareScores(const std::vector<FacetScore>& before,
 }
 
 void HeldBackJudge::BeginLevel(const RoundContext& first, const TermRounds& terms,
-                               LevelFacets facets) {
+                               LevelFacets facets, const nlohmann::json& report) {
   const Stopwatch watch;
   facets_ = facets;
+  allowed_ = 0;
+  if (report.is_object() && report.contains("before")) {
+    allowed_ = kAllowedLoss *
+               std::max(0.0, report["before"].get<double>() - report["after"].get<double>());
+  }
   PhotometricRound& round = photometric_->RoundOf(terms);
   const std::vector<Eigen::Vector3d>& vertices = first.mesh->vertices;
   if (facets_ == LevelFacets::kOther) {
@@ -116,7 +122,8 @@ LevelVerdict HeldBackJudge::EndLevel(const RoundContext& /*last*/, const TermRou
   if (facets_ == LevelFacets::kOther) {
     verdict = CompareScores(
         before_pixels_, round.PixelScores(after.vertices, PhotometricRound::Windows::kHeldBack));
-    if (verdict.windows <= 0 || verdict.Worse()) level.undo.assign(after.vertices.size(), 1);
+    if (verdict.windows <= 0 || (verdict.Worse() && verdict.after - verdict.before > allowed_))
+      level.undo.assign(after.vertices.size(), 1);
   } else {
     verdict = JudgeParts(round.FacetScores(after.vertices, PhotometricRound::Windows::kHeldBack,
                                            /*derivatives=*/false),

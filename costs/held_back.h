@@ -47,7 +47,7 @@ HeldBackVerdict CompareScores(const std::vector<PixelScore>& before,
 
 // A connected component of the mesh is undone when it is worse by itself, however large the others are; all of
 // the mesh when what is left is worse, or has no window to judge it by. Of a mesh with other facets all is undone or
-// nothing.
+// nothing, and fewer facets may cost a twentieth of what the level before them gained.
 class HeldBackJudge : public LevelJudge {
  public:
   // By `pairs`; where there are none, by squares, which `photometric` holds back then. It is a term of
@@ -56,7 +56,8 @@ class HeldBackJudge : public LevelJudge {
       : pairs_(std::move(pairs)), photometric_(photometric) {}
 
   const std::vector<CameraPair>& HeldBackPairs() const override { return pairs_; }
-  void BeginLevel(const RoundContext& first, const TermRounds& terms, LevelFacets facets) override;
+  void BeginLevel(const RoundContext& first, const TermRounds& terms, LevelFacets facets,
+                  const nlohmann::json& report) override;
   LevelVerdict EndLevel(const RoundContext& last, const TermRounds& terms,
                         const TriangleMesh& after) override;
 
@@ -70,6 +71,7 @@ class HeldBackJudge : public LevelJudge {
   std::vector<FacetScore> before_;         // LevelFacets::kSame
   std::vector<PixelScore> before_pixels_;  // LevelFacets::kOther
   LevelFacets facets_ = LevelFacets::kSame;
+  double allowed_ = 0;  // loss
   double seconds_ = 0;
 };
 

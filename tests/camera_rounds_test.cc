@@ -159,7 +159,8 @@ TEST(CameraRounds, AViewThatIsFarOffDoesNotHoldTheFrame) {
 class StrictJudge : public LevelJudge {
  public:
   const std::vector<CameraPair>& HeldBackPairs() const override { return pairs_; }
-  void BeginLevel(const RoundContext&, const TermRounds&, LevelFacets /*facets*/) override {}
+  void BeginLevel(const RoundContext&, const TermRounds&, LevelFacets /*facets*/,
+                  const nlohmann::json& /*report*/) override {}
   LevelVerdict EndLevel(const RoundContext&, const TermRounds&,
                         const TriangleMesh& after) override {
     return {std::vector<char>(after.vertices.size(), 1), {}};

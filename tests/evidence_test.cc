@@ -212,8 +212,8 @@ TEST(Evidence, PartsAreSetBack) {
   class Judge : public LevelJudge {
    public:
     const std::vector<CameraPair>& HeldBackPairs() const override { return pairs_; }
-    void BeginLevel(const RoundContext& first, const TermRounds& /*terms*/,
-                    LevelFacets /*facets*/) override {
+    void BeginLevel(const RoundContext& first, const TermRounds& /*terms*/, LevelFacets /*facets*/,
+                    const nlohmann::json& /*report*/) override {
       before_ = *first.mesh;
     }
     LevelVerdict EndLevel(const RoundContext& /*last*/, const TermRounds& /*terms*/,

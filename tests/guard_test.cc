@@ -97,8 +97,8 @@ TEST(Guard, AnUndoneLevelLeavesTheSurfaceOfItsStart) {
   class SaysNo : public LevelJudge {
    public:
     const std::vector<CameraPair>& HeldBackPairs() const override { return pairs_; }
-    void BeginLevel(const RoundContext& first, const TermRounds& /*terms*/,
-                    LevelFacets /*facets*/) override {
+    void BeginLevel(const RoundContext& first, const TermRounds& /*terms*/, LevelFacets /*facets*/,
+                    const nlohmann::json& /*report*/) override {
       before_ = *first.mesh;
     }
     LevelVerdict EndLevel(const RoundContext& last, const TermRounds& /*terms*/,
@@ -133,7 +133,7 @@ class Says : public LevelJudge {
   explicit Says(bool worse) : worse_(worse) {}
   const std::vector<CameraPair>& HeldBackPairs() const override { return pairs_; }
   void BeginLevel(const RoundContext& /*first*/, const TermRounds& /*terms*/,
-                  LevelFacets /*facets*/) override {}
+                  LevelFacets /*facets*/, const nlohmann::json& /*report*/) override {}
   LevelVerdict EndLevel(const RoundContext& last, const TermRounds& /*terms*/,
                         const TriangleMesh& after) override {
     EXPECT_NE(last.held_back, nullptr);

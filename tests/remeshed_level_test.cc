@@ -91,8 +91,8 @@ class NoOtherFacets : public LevelJudge {
  public:
   NoOtherFacets() { pairs_.push_back({2, 5}); }
   const std::vector<CameraPair>& HeldBackPairs() const override { return pairs_; }
-  void BeginLevel(const RoundContext& first, const TermRounds& /*terms*/,
-                  LevelFacets facets) override {
+  void BeginLevel(const RoundContext& first, const TermRounds& /*terms*/, LevelFacets facets,
+                  const nlohmann::json& /*report*/) override {
     other_ = facets == LevelFacets::kOther;
     if (other_) start_ = first.mesh->faces.size();
   }
@@ -130,7 +130,7 @@ TEST(RemeshedLevel, GoesOnFromEveryStateToTheSameBytes) {
   std::vector<std::vector<uint8_t>> states;
   PipelineParts parts;
   parts.observers.on_state = [&](const RefinementState& state) {
-    if (state.remeshed) states.push_back(StateBytes(state));
+    if (state.remeshing > 0) states.push_back(StateBytes(state));
   };
   const PipelineResult whole = Refined(Options(SurfaceFacets::kAdapted), parts);
   ASSERT_EQ(states.size(), 2U);  // before its first round, and after it

@@ -48,7 +48,7 @@ Level::Level(const RefinementTask& task, int level, const std::vector<Camera>& c
 void Level::Run(RefinementState* state, RefinementProgress* progress) {
   if (state->round == 0) {
     state->summary.levels.emplace_back();
-    if (state->remeshed) {
+    if (state->remeshing > 0) {
       Remesh(state);
     } else {
       CutMesh(state);
@@ -63,7 +63,9 @@ void Level::Run(RefinementState* state, RefinementProgress* progress) {
   }
   if (state->round > 0) ShowJudgeTheStart(*state);
   const int rounds = Rounds(*state);
-  if (!state->remeshed) {
+  if (state->remeshing > 1) {
+    progress->RoundsSpared(level_, -rounds);  // not counted on
+  } else if (state->remeshing == 0) {
     progress->RoundsSpared(level_, task_.options.level.RoundsAt(level_) - rounds);
   }
   while (state->round < rounds) {
@@ -85,13 +87,15 @@ void Level::Run(RefinementState* state, RefinementProgress* progress) {
 }
 
 int Level::Rounds(const RefinementState& state) const {
-  if (state.remeshed) return task_.options.surface.rounds;
+  if (state.remeshing > 0) return task_.options.surface.rounds;
   const bool late = level_ != task_.first_level && IsFirst(state.summary.levels);
   return task_.options.level.RoundsAt(level_) + (late ? task_.options.level.extra_rounds : 0);
 }
 
 int Level::RoundNumber(const RefinementState& state) const {
-  return state.round + (state.remeshed ? task_.options.level.rounds : 0);
+  if (state.remeshing == 0) return state.round;
+  return task_.options.level.rounds + (state.remeshing - 1) * task_.options.surface.rounds +
+         state.round;
 }
 
 void Level::CutMesh(RefinementState* state) {
@@ -143,7 +147,7 @@ void Level::CountAtStart(RefinementState* state) {
   LevelSummary& level = levels.back();
   // Of a surface that is cut anew: as it was before.
   level.crossing_facets.before =
-      state->remeshed ? levels[levels.size() - 2].crossing_facets.after : crossings_->Facets();
+      state->remeshing > 0 ? levels[levels.size() - 2].crossing_facets.after : crossings_->Facets();
   // To split facets changes nothing that a view sees.
   level.back_faces.before =
       levels.size() > 1 ? levels[levels.size() - 2].back_faces.after : BackFaceShare(*state);
@@ -184,7 +188,7 @@ bool Level::RunRound(RefinementState* state, RefinementProgress* progress) {
   const bool last = state->round + 1 == Rounds(*state);
   const Stopwatch visibility_watch;
   frozen_.reset();
-  frozen_ = Freeze(*state, /*hold_back=*/last || (state->round == 0 && !state->remeshed));
+  frozen_ = Freeze(*state, /*hold_back=*/last || (state->round == 0 && state->remeshing == 0));
   RoundContext& context = frozen_->context;
   summary.visibility_seconds = visibility_watch.Seconds();
   for (const ViewDomain& domain : frozen_->domains) {
@@ -226,13 +230,13 @@ std::optional<std::vector<Eigen::Vector3d>> Level::Solve(RefinementState* state,
   const Stopwatch build_watch;
   FreezeTerms(frozen_.get());
   RoundParameters parameters{mesh_.vertices};
-  const bool joint =
-      !state->remeshed && MovesCameras(task_.options.cameras, level_, state->round, Rounds(*state));
+  const bool joint = state->remeshing == 0 &&
+                     MovesCameras(task_.options.cameras, level_, state->round, Rounds(*state));
   if (joint) parameters.cameras = PosesOf(views_);
   RoundProblem problem(*frozen_->terms, frozen_->context, &parameters);
   summary->build_seconds = build_watch.Seconds();
-  if (task_.parts.judge != nullptr && state->round == 0 && !state->remeshed) {
-    task_.parts.judge->BeginLevel(frozen_->context, *frozen_->terms, LevelFacets::kSame);
+  if (task_.parts.judge != nullptr && state->round == 0 && state->remeshing == 0) {
+    task_.parts.judge->BeginLevel(frozen_->context, *frozen_->terms, LevelFacets::kSame, nullptr);
   }
   summary->supported_vertices = FindSupport(*frozen_->terms, state->order, task_.options.hidden,
                                             &state->was_supported, &frozen_->context);

@@ -26,10 +26,10 @@ class LevelJudge {
   // Pairs that no round solves with; a level's first and last round have their regions in
   // RoundContext::held_back.
   virtual const std::vector<CameraPair>& HeldBackPairs() const = 0;
-  // A level begins with the mesh of `first`, its first round, or with LevelFacets::kOther a round of the mesh that it
-  // cuts anew.
-  virtual void BeginLevel(const RoundContext& first, const TermRounds& terms,
-                          LevelFacets facets) = 0;
+  // A level begins with the mesh of `first`, its first round; `facets` as the level before it has them where they are
+  // LevelFacets::kOther, which ended with `report` (null: not judged).
+  virtual void BeginLevel(const RoundContext& first, const TermRounds& terms, LevelFacets facets,
+                          const nlohmann::json& report) = 0;
   // The level has come from that mesh to `after`, with `last`, its last round; when the run was stopped,
   // with the round in work or with one frozen at `after`.
   virtual LevelVerdict EndLevel(const RoundContext& last, const TermRounds& terms,

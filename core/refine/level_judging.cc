@@ -1,5 +1,6 @@
 // What a level shows to its judge, what it takes back, and the level on a surface that is cut anew.
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "core/mesh/mesh_order.h"
@@ -8,6 +9,17 @@
 #include "core/support/stopwatch.h"
 
 namespace burin {
+namespace {
+
+// What the judge said of the finest level before its surface was cut anew; null where the last level is another.
+nlohmann::json ReportBefore(const RefinementState& state) {
+  const std::vector<LevelSummary>& levels = state.summary.levels;
+  const auto cut_anew = [](const LevelSummary& level) { return level.remeshed_faces > 0; };
+  const auto before = std::find_if_not(levels.rbegin() + 1, levels.rend(), cut_anew);
+  return before == levels.rend() ? nlohmann::json() : before->held_back;
+}
+
+}  // namespace
 
 void Level::Remesh(RefinementState* state) {
   const MeshOrder order = OrderAlongCurve(state->mesh);
@@ -15,13 +27,16 @@ void Level::Remesh(RefinementState* state) {
   frozen_ = Freeze(*state, /*hold_back=*/true);
   if (task_.parts.judge != nullptr) {
     FreezeTerms(frozen_.get());
-    task_.parts.judge->BeginLevel(frozen_->context, *frozen_->terms, LevelFacets::kOther);
+    task_.parts.judge->BeginLevel(frozen_->context, *frozen_->terms, LevelFacets::kOther,
+                                  ReportBefore(*state));
     frozen_->terms.reset();
   }
   std::vector<Camera> cameras;
   for (const LevelView& view : views_) cameras.push_back(view.camera);
   const Stopwatch watch;
-  RemeshState(mesh_, order, cameras, frozen_->domains, task_.options.surface, state);
+  RemeshingOptions options = task_.options.surface;
+  options.chord_px = std::ldexp(options.chord_px, 1 - state->remeshing);
+  RemeshState(mesh_, order, cameras, frozen_->domains, options, state);
   frozen_.reset();
   LevelSummary& level = state->summary.levels.back();
   level.remeshed_faces = static_cast<int>(mesh_.faces.size());
@@ -35,14 +50,14 @@ void Level::ShowJudge(const RefinementState& state, const TriangleMesh& start,
   const TriangleMesh now = std::exchange(mesh_, start);
   const std::unique_ptr<Frozen> first = Freeze(state, /*hold_back=*/true);
   FreezeTerms(first.get());
-  task_.parts.judge->BeginLevel(first->context, *first->terms, facets);
+  task_.parts.judge->BeginLevel(first->context, *first->terms, facets, ReportBefore(state));
   mesh_ = now;
   views_ = views_now;
 }
 
 void Level::ShowJudgeTheStart(const RefinementState& state) {
   if (task_.parts.judge == nullptr) return;
-  if (state.remeshed) {
+  if (state.remeshing > 0) {
     const TriangleMesh& start = state.remesh_start.mesh;
     ShowJudge(state, Ordered(start, OrderAlongCurve(start)), state.level_start.cameras,
               LevelFacets::kOther);
@@ -66,7 +81,7 @@ void Level::Judge(RefinementState* state) {
   LevelSummary& level = state->summary.levels.back();
   level.held_back = verdict.report;
   bool all = true;
-  if (state->remeshed) {
+  if (state->remeshing > 0) {
     level.undone = std::find(verdict.undo.begin(), verdict.undo.end(), 1) != verdict.undo.end();
     if (!level.undone) return;
     level.undone_vertices = level.vertices;

@@ -16,6 +16,8 @@
 namespace burin {
 namespace {
 
+constexpr int kRemeshings = 2;  // times that it is tried
+
 // A round frees millions of small blocks (residuals, Jacobian cells) that the next level's large arrays
 // cannot use; give their pages back instead of carrying them through the run.
 void ReturnFreeMemory() {
@@ -37,12 +39,15 @@ RefinementState FirstState(const RefinementTask& task, const TriangleMesh& input
   return state;
 }
 
-// The finest level is followed by another one on a surface cut anew; not where nothing moved it.
+// The finest level is followed by another one on a surface cut anew, where some level has moved anything; that by a finer
+// one where the guard undid it.
 bool IsRemeshedNext(const RefinementOptions& options, const RefinementState& state) {
   const std::vector<LevelSummary>& levels = state.summary.levels;
-  return options.surface.remesh != SurfaceFacets::kNone && state.level == options.level.finest &&
-         !state.remeshed &&
-         std::any_of(levels.begin(), levels.end(),
+  if (options.surface.remesh == SurfaceFacets::kNone || state.level != options.level.finest) {
+    return false;
+  }
+  if (state.remeshing > 0) return state.remeshing < kRemeshings && levels.back().undone;
+  return std::any_of(levels.begin(), levels.end(),
                      [](const LevelSummary& level) { return !level.left_out && !level.undone; });
 }
 
@@ -72,7 +77,7 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
   RefinementProgress progress(options, task.first_level, state);
   std::unique_ptr<Level> level;
   while (state.level >= options.level.finest && !progress.stopped()) {
-    if (level == nullptr || !state.remeshed) {
+    if (level == nullptr || state.remeshing == 0) {
       level.reset();
       ReturnFreeMemory();
       level = std::make_unique<Level>(task, state.level, state.summary.cameras);
@@ -80,7 +85,7 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
     level->Run(&state, &progress);
     if (progress.stopped()) break;
     if (IsRemeshedNext(options, state)) {
-      state.remeshed = true;
+      ++state.remeshing;
     } else if (--state.level < options.level.finest) {
       break;
     }

@@ -16,11 +16,11 @@ RefinementProgress::RefinementProgress(const RefinementOptions& options, int fir
   };
   const LevelOptions& levels = options.level;
   for (int level = first_level; level >= levels.finest; --level) {
-    add(level, levels.RoundsAt(level), level > start.level || start.remeshed,
-        level == start.level && !start.remeshed);
+    add(level, levels.RoundsAt(level), level > start.level || start.remeshing > 0,
+        level == start.level && start.remeshing == 0);
   }
   if (options.surface.remesh == SurfaceFacets::kNone) return;
-  add(levels.finest, options.surface.rounds, start.level < levels.finest, start.remeshed);
+  add(levels.finest, options.surface.rounds, start.level<levels.finest, start.remeshing> 0);
 }
 
 }  // namespace burin

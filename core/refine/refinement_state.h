@@ -101,9 +101,10 @@ struct RemeshStart {
 
 struct RefinementState {
   int level = 0;  // of the pyramid, the one in work
-  bool remeshed =
-      false;      // the finest level a second time, on a surface that is cut anew before round 0
-  int round = 0;  // on it, the next to run; 0: the level's preparations are to be made
+  // The finest level once more, on a surface that is cut anew before round 0: the first time, or the second with half
+  // the chord, as the guard undid that; 0: not.
+  int remeshing = 0;
+  int round = 0;      // on it, the next to run; 0: the level's preparations are to be made
   TriangleMesh mesh;  // normalised world; input vertices first, then new ones as made
   std::vector<Eigen::Vector3d> input_position;  // of mesh.vertices, on the surface of the input
   LevelStart level_start;
