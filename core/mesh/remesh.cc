@@ -8,7 +8,7 @@ namespace burin {
 namespace {
 
 // The last rounds place vertices by planes and flip for shape.
-constexpr int kFinishingRounds = 3;
+constexpr int kFinishingRounds = 2;
 constexpr double kSliverQuality = 0.5;  // its smallest angle is some 16 degrees
 
 }  // namespace
@@ -26,6 +26,7 @@ Remeshed Remesh(const TriangleMesh& mesh, const std::vector<double>& edge_length
     splits += SplitLongEdges(&state);
     collapses += CollapseShortEdges(&state);
     flips += FlipEdges(&state, FlipFor::kValence);
+    if (k == 0) state.Compact();
     Relax(&state, 2 * k < options.iterations ? RelaxOn::kSurface : RelaxOn::kPlanes);
   }
   for (int k = 0; k < kFinishingRounds; ++k) {

@@ -19,7 +19,7 @@
 namespace burin {
 
 struct RemeshOptions {
-  int iterations = 5;  // of split, collapse, flip and relax
+  int iterations = 4;  // of split, collapse, flip and relax
 };
 
 // The place on the input that a new vertex stands for: where a caller reads what a vertex knew.

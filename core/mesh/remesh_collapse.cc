@@ -17,6 +17,7 @@ using OpenMesh::VertexHandle;
 constexpr double kTooLong = 4.0 / 3;
 constexpr double kTooShort = 4.0 / 5;
 constexpr int kMaxPasses = 8;
+constexpr double kWorthAPass = 0.1;  // share of the short edges that the pass before could collapse
 // A facet that a collapse changes has at least this quality, and turns by no more than this (cosine), unless it was worse.
 constexpr double kLeastQuality = 0.2;
 constexpr double kLeastTurn = 0.7;
@@ -49,21 +50,14 @@ class Collapser {
     if (!MayGo(Opposite(h))) return CollapseTo(h, to);
     if (from.border >= 0) return CollapseTo(h, to) || CollapseTo(Opposite(h), from);
     const RemeshVertex middle = state_.OnSurfaceAt(0.5 * (from.position + to.position), from);
-    const double bound = kSurfaceTolerance * state_.WantedLength(h);
-    const double errors[3] = {Error(h, middle.position) - bound, Error(h, from.position),
-                              Error(h, to.position)};
-    int order[3] = {0, 1, 2};
-    std::sort(order, order + 3, [&](int a, int b) {
-      const double of_a = std::max(0.0, errors[a]);
-      const double of_b = std::max(0.0, errors[b]);
-      return of_a != of_b ? of_a < of_b : a < b;
-    });
-    for (const int candidate : order) {
-      if (candidate == 0 && CollapseTo(h, middle)) return true;
-      if (candidate == 1 && CollapseTo(Opposite(h), from)) return true;
-      if (candidate == 2 && CollapseTo(h, to)) return true;
-    }
-    return false;
+    const double middle_error = Error(h, middle.position);
+    const bool prefers_middle = middle_error <= kSurfaceTolerance * state_.WantedLength(h);
+    if (prefers_middle && CollapseTo(h, middle)) return true;
+    const bool from_first = Error(h, from.position) < Error(h, to.position);
+    const auto to_end = [&](bool keep_from) {
+      return keep_from ? CollapseTo(Opposite(h), from) : CollapseTo(h, to);
+    };
+    return to_end(from_first) || to_end(!from_first) || (!prefers_middle && CollapseTo(h, middle));
   }
 
  private:
@@ -126,13 +120,16 @@ class Collapser {
           return;
         }
       }
-      const FacetFit before = FitOf(a, b, c);
-      good = FitOf(target, b, c).MayReplace(before, kLeastQuality);
-      if (!good || before.quality < kNoNormal) return;
       const Eigen::Vector3d edge = c.position - b.position;
       const Eigen::Vector3d old_normal = edge.cross(a.position - b.position);
       const Eigen::Vector3d new_normal = edge.cross(target.position - b.position);
-      good = old_normal.dot(new_normal) >= kLeastTurn * old_normal.norm() * new_normal.norm();
+      const bool turns =
+          old_normal.dot(new_normal) < kLeastTurn * old_normal.norm() * new_normal.norm();
+      const FacetFit after = FitOf(target, b, c);
+      if (!turns && after.quality >= kLeastQuality && after.facing >= FacetFit::kLeastFacing)
+        return;
+      const FacetFit before = FitOf(a, b, c);
+      good = after.MayReplace(before, kLeastQuality) && (!turns || before.quality < kNoNormal);
     });
     return good;
   }
@@ -221,7 +218,7 @@ int CollapseShortEdges(RemeshState* state) {
       done += static_cast<int>(collapser.Collapse(edge));
     }
     count += done;
-    if (done == 0) break;
+    if (done < kWorthAPass * static_cast<double>(queue.size())) break;
   }
   return count;
 }

@@ -1,8 +1,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "core/mesh/remesh_steps.h"
+#include "core/support/parallel.h"
 
 namespace burin {
 namespace {
@@ -11,7 +13,8 @@ using OpenMesh::EdgeHandle;
 using OpenMesh::HalfedgeHandle;
 using OpenMesh::VertexHandle;
 
-constexpr int kMaxPasses = 4;
+constexpr int kGrain = 2048;
+constexpr int kMaxPasses = 6;
 // Of the wanted length: diagonals that are farther apart are chosen by the surface.
 constexpr double kFarApart = 0.2;
 // Qualities.
@@ -22,38 +25,101 @@ constexpr double kLeastGain = 1.02;
 
 class Flipper {
  public:
-  Flipper(const RemeshState& state, FlipFor goal) : state_(state), goal_(goal) {}
+  Flipper(RemeshState* state, FlipFor goal)
+      : state_(*state), mesh_(state->half_edges()), goal_(goal) {
+    if (goal == FlipFor::kQuality) return;
+    degree_error_.resize(mesh_.n_vertices());
+    ParallelFor(static_cast<int>(mesh_.n_vertices()), kGrain, [&](int begin, int end) {
+      for (int i = begin; i < end; ++i) {
+        const VertexHandle v(i);
+        if (!state_.IsAlive(v)) continue;
+        degree_error_[i] = static_cast<int>(mesh_.valence(v)) - (mesh_.is_boundary(v) ? 4 : 6);
+      }
+    });
+  }
 
-  bool IsWanted(EdgeHandle edge) const {
-    const OpenMesh::TriConnectivity& mesh = state_.half_edges();
-    const HalfedgeHandle h = mesh.halfedge_handle(edge, 0);
-    const HalfedgeHandle back = mesh.halfedge_handle(edge, 1);
-    if (mesh.is_boundary(edge) || state_.IsFixed(edge)) return false;
-    const VertexHandle v[4] = {state_.From(h), state_.To(h), state_.Opposite(h),
-                               state_.Opposite(back)};
-    const RemeshVertex& a = state_[v[0]];
-    const RemeshVertex& b = state_[v[1]];
-    const RemeshVertex& c = state_[v[2]];
-    const RemeshVertex& d = state_[v[3]];
-    const FacetFit now = Worse(FitOf(a, b, c), FitOf(b, a, d));
-    const FacetFit then = Worse(FitOf(a, d, c), FitOf(d, b, c));
-    if (!then.MayReplace(now, 0)) return false;
-    const bool better_shape = then.quality > kLeastGain * now.quality;
-    const double apart = DiagonalsApart(a, b, c, d) / state_.WantedLength(h);
-    if (apart > kFarApart) {
-      const double off_now = OffSurface(a, b);
-      const double off_then = OffSurface(c, d);
-      if (now.quality < kSliver)
-        return better_shape && off_then <= off_now + kFarApart * state_.WantedLength(h);
-      return off_then < 0.7 * off_now && (then.quality > kPoor || better_shape);
+  int Run() {
+    // What is wanted of the surface as it is, in parallel; then again in order, for each flip changes what its
+    // neighbours want.
+    std::vector<char> wanted(mesh_.n_edges(), 0);
+    ParallelFor(static_cast<int>(mesh_.n_edges()), kGrain, [&](int begin, int end) {
+      for (int e = begin; e < end; ++e) {
+        wanted[e] = static_cast<char>(state_.IsAlive(EdgeHandle(e)) && IsWanted(EdgeHandle(e)));
+      }
+    });
+    int count = 0;
+    for (int pass = 0; pass < kMaxPasses; ++pass) {
+      int done = 0;
+      for (int e = 0; e < static_cast<int>(wanted.size()); ++e) {
+        if (wanted[e] == 0) continue;
+        wanted[e] = 0;
+        const EdgeHandle edge(e);
+        if (!IsWanted(edge) || !mesh_.is_flip_ok(edge)) continue;
+        Flip(edge);
+        ++done;
+        for (int side = 0; side < 2; ++side) {
+          const HalfedgeHandle h = mesh_.halfedge_handle(edge, side);
+          const HalfedgeHandle next = mesh_.next_halfedge_handle(h);
+          wanted[mesh_.edge_handle(next).idx()] = 1;
+          wanted[mesh_.edge_handle(mesh_.next_halfedge_handle(next)).idx()] = 1;
+        }
+      }
+      count += done;
+      if (done == 0) break;
     }
-    if (goal_ == FlipFor::kQuality || now.quality < kPoor) return better_shape;
-    return then.quality > kGood && SmallerDegreeErrors(v);
+    return count;
   }
 
  private:
-  static FacetFit Worse(const FacetFit& a, const FacetFit& b) {
-    return {std::min(a.quality, b.quality), std::min(a.facing, b.facing)};
+  struct Quad {  // a-b is the diagonal, c left of it
+    VertexHandle a, b, c, d;
+  };
+
+  Quad QuadOf(EdgeHandle edge) const {
+    const HalfedgeHandle h = mesh_.halfedge_handle(edge, 0);
+    return {state_.From(h), state_.To(h), state_.Opposite(h),
+            state_.Opposite(mesh_.halfedge_handle(edge, 1))};
+  }
+
+  void Flip(EdgeHandle edge) {
+    if (goal_ == FlipFor::kValence) {
+      const Quad quad = QuadOf(edge);
+      --degree_error_[quad.a.idx()];
+      --degree_error_[quad.b.idx()];
+      ++degree_error_[quad.c.idx()];
+      ++degree_error_[quad.d.idx()];
+    }
+    mesh_.flip(edge);
+  }
+
+  bool IsWanted(EdgeHandle edge) const {
+    if (mesh_.is_boundary(edge) || state_.IsFixed(edge)) return false;
+    const Quad quad = QuadOf(edge);
+    const RemeshVertex& a = state_[quad.a];
+    const RemeshVertex& b = state_[quad.b];
+    const RemeshVertex& c = state_[quad.c];
+    const RemeshVertex& d = state_[quad.d];
+    const double quality = std::min(Quality(a, b, c), Quality(b, a, d));
+    const double new_quality = std::min(Quality(a, d, c), Quality(d, b, c));
+    const bool better_shape = new_quality > kLeastGain * quality;
+    const double wanted_length = 0.5 * (a.length + b.length);
+    bool wanted = better_shape;
+    if (DiagonalsApart(a, b, c, d) > kFarApart * wanted_length) {
+      const double off = OffSurface(a, b);
+      const double new_off = OffSurface(c, d);
+      wanted = quality < kSliver ? better_shape && new_off <= off + kFarApart * wanted_length
+                                 : new_off < 0.7 * off && (new_quality > kPoor || better_shape);
+    } else if (goal_ == FlipFor::kValence && quality >= kPoor) {
+      wanted = new_quality > kGood && SmallerDegreeErrors(quad);
+    }
+    if (!wanted) return false;
+    const double facing = std::min(FitOf(a, b, c).facing, FitOf(b, a, d).facing);
+    const double new_facing = std::min(FitOf(a, d, c).facing, FitOf(d, b, c).facing);
+    return new_facing >= std::min(FacetFit::kLeastFacing, facing);
+  }
+
+  static double Quality(const RemeshVertex& a, const RemeshVertex& b, const RemeshVertex& c) {
+    return FacetQuality(a.position, b.position, c.position);
   }
 
   // How far the diagonals' middles are apart along the mean normal.
@@ -71,39 +137,20 @@ class Flipper {
   }
 
   // Sum of squares, if a-b became c-d.
-  bool SmallerDegreeErrors(const VertexHandle (&v)[4]) const {
-    const OpenMesh::TriConnectivity& mesh = state_.half_edges();
-    int gain = 0;
-    for (int k = 0; k < 4; ++k) {
-      const int error = static_cast<int>(mesh.valence(v[k])) - (mesh.is_boundary(v[k]) ? 4 : 6);
-      const int change = k < 2 ? -1 : 1;
-      gain += error * error - (error + change) * (error + change);
-    }
-    return gain > 0;
+  bool SmallerDegreeErrors(const Quad& quad) const {
+    const int errors = degree_error_[quad.a.idx()] + degree_error_[quad.b.idx()] -
+                       degree_error_[quad.c.idx()] - degree_error_[quad.d.idx()];
+    return errors > 2;
   }
 
-  const RemeshState& state_;
+  RemeshState& state_;
+  OpenMesh::TriConnectivity& mesh_;
   const FlipFor goal_;
+  std::vector<int> degree_error_;  // by vertex: its degree less the best
 };
 
 }  // namespace
 
-int FlipEdges(RemeshState* state, FlipFor goal) {
-  OpenMesh::TriConnectivity& mesh = state->half_edges();
-  const Flipper flipper(*state, goal);
-  int count = 0;
-  for (int pass = 0; pass < kMaxPasses; ++pass) {
-    int done = 0;
-    for (int e = 0; e < static_cast<int>(mesh.n_edges()); ++e) {
-      const EdgeHandle edge(e);
-      if (!state->IsAlive(edge) || !flipper.IsWanted(edge) || !mesh.is_flip_ok(edge)) continue;
-      mesh.flip(edge);
-      ++done;
-    }
-    count += done;
-    if (done == 0) break;
-  }
-  return count;
-}
+int FlipEdges(RemeshState* state, FlipFor goal) { return Flipper(state, goal).Run(); }
 
 }  // namespace burin

@@ -24,9 +24,8 @@ constexpr double kMaxOff = 0.7;
 // Quality of a facet that a step may leave behind, unless it was worse.
 constexpr double kLeastQuality = 0.05;
 // Samples of a facet, by the weights of its corners.
-constexpr double kSamples[][3] = {{4. / 6, 1. / 6, 1. / 6}, {1. / 6, 4. / 6, 1. / 6},
-                                  {1. / 6, 1. / 6, 4. / 6}, {.1, .45, .45},
-                                  {.45, .1, .45},           {.45, .45, .1}};
+constexpr double kSamples[][3] = {
+    {4. / 6, 1. / 6, 1. / 6}, {1. / 6, 4. / 6, 1. / 6}, {1. / 6, 1. / 6, 4. / 6}};
 
 // sum w (P (x - s))^2 about a point, for planes and lines with projectors P.
 struct Quadric {
@@ -88,9 +87,8 @@ class Relaxer {
  private:
   // The planes of the input under each facet, as each of its corners sees them.
   void MeasurePlanes() {
-    const int count = static_cast<int>(mesh_.n_faces());
-    planes_.resize(3 * static_cast<size_t>(count));
-    ParallelFor(count, kGrain, [&](int begin, int end) {
+    planes_.resize(mesh_.n_halfedges());
+    ParallelFor(static_cast<int>(mesh_.n_faces()), kGrain, [&](int begin, int end) {
       for (int f = begin; f < end; ++f) {
         if (state_.IsAlive(FaceHandle(f))) MeasurePlanesUnder(FaceHandle(f));
       }
@@ -103,8 +101,7 @@ class Relaxer {
     const RemeshVertex* corners[3] = {&state_[v[0]], &state_[v[1]], &state_[v[2]]};
     const Eigen::Vector3d normal = (corners[1]->position - corners[0]->position)
                                        .cross(corners[2]->position - corners[0]->position);
-    Quadric* const planes = &planes_[3 * static_cast<size_t>(face.idx())];
-    for (int c = 0; c < 3; ++c) planes[c] = Quadric();
+    Quadric planes[3];
     for (const auto& weights : kSamples) {
       const int nearest = static_cast<int>(std::max_element(weights, weights + 3) - weights);
       Eigen::Vector3d sample = Eigen::Vector3d::Zero();
@@ -120,6 +117,8 @@ class Relaxer {
         planes[c].Add(weights[c] * normal.norm(), projector, at.point - corners[c]->position);
       }
     }
+    HalfedgeHandle h = mesh_.halfedge_handle(face);
+    for (int c = 0; c < 3; ++c, h = mesh_.next_halfedge_handle(h)) planes_[h.idx()] = planes[c];
   }
 
   RemeshVertex Moved(VertexHandle v) const {
@@ -149,11 +148,7 @@ class Relaxer {
       normal += area_normal;
       weight += facet_weight;
       if (on_ == RelaxOn::kSurface) return;
-      const FaceHandle face = mesh_.face_handle(side);
-      VertexHandle corners[3];
-      state_.Corners(face, corners);
-      const auto corner = std::find(corners, corners + 3, v) - corners;
-      const Quadric& of_facet = planes_[3 * static_cast<size_t>(face.idx()) + corner];
+      const Quadric& of_facet = planes_[side.idx()];
       planes.matrix += of_facet.matrix;
       planes.vector += of_facet.vector;
       planes.weight += of_facet.weight;
@@ -232,7 +227,7 @@ class Relaxer {
   RemeshState& state_;
   const OpenMesh::TriConnectivity& mesh_;
   const RelaxOn on_;
-  std::vector<Quadric> planes_;  // by corner of a face
+  std::vector<Quadric> planes_;  // of a facet for a corner, by the half-edge from there
   std::vector<RemeshVertex> before_;
   std::vector<char> moved_;  // by vertex
 };

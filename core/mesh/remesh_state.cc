@@ -3,22 +3,25 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/mesh/manifold_cut.h"
 #include "core/mesh/openmesh_silence.h"
 #include "core/mesh/smoothed_normals.h"
+#include "core/support/parallel.h"
 
 namespace burin {
 namespace {
 
 // Of the normals that facets are judged by: what noise crumples is ironed, not kept.
 constexpr int kSmoothingRounds = 3;
+constexpr int kVertexGrain = 1024;
 
 }  // namespace
 
-double FacetQuality(const FacetCorners& corners) {
-  const Eigen::Vector3d u = corners.col(1) - corners.col(0);
-  const Eigen::Vector3d v = corners.col(2) - corners.col(0);
+double FacetQuality(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+  const Eigen::Vector3d u = b - a;
+  const Eigen::Vector3d v = c - a;
   const double squares = u.squaredNorm() + v.squaredNorm() + (u - v).squaredNorm();
   return squares > 0 ? 2 * std::sqrt(3.0) * u.cross(v).norm() / squares : 0.0;
 }
@@ -80,9 +83,9 @@ void RemeshState::AddFaces(const std::vector<char>* keep) {
       for (int c = 0; c < 3; ++c) corner[c] = VertexHandle(add(face[c]));
       half_edges_.add_face(corner, 3);
     }
-    input_face_.push_back(static_cast<int>(f));
-    kept_.push_back(static_cast<char>(keep != nullptr && (*keep)[f] != 0));
-    if (kept_.back() == 0) continue;
+    const bool stays = keep != nullptr && (*keep)[f] != 0;
+    kept_.push_back(stays ? static_cast<int>(f) : -1);
+    if (!stays) continue;
     for (const VertexHandle v : corner) vertices_[v.idx()].fixed = input_vertex[v.idx()];
   }
   for (size_t v = 0; v < vertices_.size(); ++v) {
@@ -113,6 +116,31 @@ void RemeshState::FindBorders() {
   }
 }
 
+void RemeshState::Compact() {
+  OpenMesh::VPropHandleT<int> old_vertex;
+  OpenMesh::FPropHandleT<int> old_face;
+  half_edges_.add_property(old_vertex);
+  half_edges_.add_property(old_face);
+  for (const VertexHandle v : half_edges_.vertices()) {
+    half_edges_.property(old_vertex, v) = v.idx();
+  }
+  for (const FaceHandle f : half_edges_.faces()) half_edges_.property(old_face, f) = f.idx();
+  half_edges_.garbage_collection();
+  std::vector<RemeshVertex> vertices(half_edges_.n_vertices());
+  for (size_t v = 0; v < vertices.size(); ++v) {
+    vertices[v] = vertices_[half_edges_.property(old_vertex, VertexHandle(static_cast<int>(v)))];
+  }
+  vertices_ = std::move(vertices);
+  std::vector<int> kept(half_edges_.n_faces(), -1);
+  for (size_t f = 0; f < kept.size(); ++f) {
+    const size_t old = half_edges_.property(old_face, FaceHandle(static_cast<int>(f)));
+    if (old < kept_.size()) kept[f] = kept_[old];
+  }
+  kept_ = std::move(kept);
+  half_edges_.remove_property(old_vertex);
+  half_edges_.remove_property(old_face);
+}
+
 RemeshState::VertexHandle RemeshState::Add(const RemeshVertex& vertex) {
   vertices_.push_back(vertex);
   return half_edges_.add_vertex();
@@ -120,8 +148,15 @@ RemeshState::VertexHandle RemeshState::Add(const RemeshVertex& vertex) {
 
 RemeshVertex RemeshState::At(const Eigen::Vector3d& position, const RemeshVertex& near) const {
   RemeshVertex vertex = near;
-  vertex.position = position;
   const TrianglePoint at = walk_.Find(position, &vertex.facet);
+  vertex.position = position;
+  ReadInput(at, &vertex);
+  if (vertex.border >= 0) OnBorder(position, &vertex.border);
+  return vertex;
+}
+
+void RemeshState::ReadInput(const TrianglePoint& at, RemeshVertex* known) const {
+  RemeshVertex& vertex = *known;
   const Eigen::Vector3d weights = walk_.Weights(vertex.facet, at);
   const Eigen::Vector3i& face = input_.faces[vertex.facet];
   vertex.length = 0;
@@ -131,8 +166,6 @@ RemeshVertex RemeshState::At(const Eigen::Vector3d& position, const RemeshVertex
     vertex.normal += weights[c] * normals_[face[c]];
   }
   vertex.normal.normalize();
-  if (vertex.border >= 0) OnBorder(position, &vertex.border);
-  return vertex;
 }
 
 RemeshVertex RemeshState::OnSurfaceAt(const Eigen::Vector3d& position,
@@ -141,11 +174,11 @@ RemeshVertex RemeshState::OnSurfaceAt(const Eigen::Vector3d& position,
     int stretch = near.border;
     return At(OnBorder(position, &stretch), near);
   }
-  int facet = near.facet;
-  const TrianglePoint at = walk_.Find(position, &facet);
   RemeshVertex vertex = near;
-  vertex.facet = facet;
-  return At(at.point, vertex);
+  const TrianglePoint at = walk_.Find(position, &vertex.facet);
+  vertex.position = at.point;
+  ReadInput(at, &vertex);
+  return vertex;
 }
 
 double RemeshState::DistanceToSurface(const Eigen::Vector3d& position, int facet) const {
@@ -184,7 +217,7 @@ bool RemeshState::IsFixed(EdgeHandle e) const {
   if ((*this)[To(h)].fixed < 0 || (*this)[From(h)].fixed < 0) return false;
   for (int side = 0; side < 2; ++side) {
     const HalfedgeHandle half = half_edges_.halfedge_handle(e, side);
-    if (half_edges_.is_boundary(half) || IsKept(half_edges_.face_handle(half))) return true;
+    if (half_edges_.is_boundary(half) || KeptAs(half_edges_.face_handle(half)) >= 0) return true;
   }
   return false;
 }
@@ -206,11 +239,7 @@ Remeshed RemeshState::Take() const {
     if (known >= 0) return known;
     known = static_cast<int>(result.mesh.vertices.size());
     result.mesh.vertices.push_back(vertex.position);
-    RemeshedVertex on;
-    on.facet = vertex.facet;
-    const TrianglePoint at = walk_.Find(vertex.position, &on.facet);
-    on.weights = walk_.Weights(on.facet, at);
-    result.on.push_back(on);
+    result.on.push_back({vertex.facet, Eigen::Vector3d::Zero()});
     return known;
   };
   for (int f = 0; f < static_cast<int>(half_edges_.n_faces()); ++f) {
@@ -220,12 +249,20 @@ Remeshed RemeshState::Take() const {
     Corners(face, corners);
     Eigen::Vector3i indices;
     for (int c = 0; c < 3; ++c) indices[c] = index_of(corners[c]);
-    result.kept.push_back(IsKept(face) ? input_face_[f] : -1);
-    if (IsKept(face)) {  // in the order of the input
-      for (int c = 0; c < 3; ++c) indices[c] = index_of_fixed[input_.faces[input_face_[f]][c]];
+    const int kept = KeptAs(face);
+    result.kept.push_back(kept);
+    if (kept >= 0) {  // in the order of the input
+      for (int c = 0; c < 3; ++c) indices[c] = index_of_fixed[input_.faces[kept][c]];
     }
     result.mesh.faces.push_back(indices);
   }
+  ParallelFor(static_cast<int>(result.on.size()), kVertexGrain, [&](int begin, int end) {
+    for (int v = begin; v < end; ++v) {
+      RemeshedVertex& on = result.on[v];
+      const TrianglePoint at = walk_.Find(result.mesh.vertices[v], &on.facet);
+      on.weights = walk_.Weights(on.facet, at);
+    }
+  });
   return result;
 }
 

@@ -22,11 +22,8 @@ struct RemeshVertex {
   int fixed = -1;   // the input vertex that it is and stays; -1: it may move
 };
 
-// Three corners of a facet, in order.
-using FacetCorners = Eigen::Matrix3d;  // a column each
-
 // 4 sqrt(3) area / sum of squared edge lengths: 1 for an equilateral triangle, 0 for one without area.
-double FacetQuality(const FacetCorners& corners);
+double FacetQuality(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c);
 
 // What a facet that remeshing makes is judged by: its quality, and the cosine of its normal to the input's normals
 // at its corners; -1 without area.
@@ -53,6 +50,8 @@ class RemeshState {
               const std::vector<char>* keep);
 
   Remeshed Take() const;
+  // Forgets what is deleted. Handles change.
+  void Compact();
 
   OpenMesh::TriConnectivity& half_edges() { return half_edges_; }
   const OpenMesh::TriConnectivity& half_edges() const { return half_edges_; }
@@ -81,8 +80,9 @@ class RemeshState {
   bool IsAlive(VertexHandle v) const { return !half_edges_.status(v).deleted(); }
   bool IsAlive(EdgeHandle e) const { return !half_edges_.status(e).deleted(); }
   bool IsAlive(FaceHandle f) const { return !half_edges_.status(f).deleted(); }
-  bool IsKept(FaceHandle f) const {
-    return f.idx() < static_cast<int>(kept_.size()) && kept_[f.idx()] != 0;
+  // The input facet that a face is and stays; -1: it may change.
+  int KeptAs(FaceHandle f) const {
+    return f.idx() < static_cast<int>(kept_.size()) ? kept_[f.idx()] : -1;
   }
   // Must stay: beside a facet that is kept, or on a cut.
   bool IsFixed(EdgeHandle e) const;
@@ -109,6 +109,8 @@ class RemeshState {
  private:
   void AddFaces(const std::vector<char>* keep);
   void FindBorders();
+  // Length and normal at a point of vertex->facet.
+  void ReadInput(const TrianglePoint& at, RemeshVertex* vertex) const;
 
   const TriangleMesh& input_;
   const std::vector<double>& edge_length_;
@@ -116,8 +118,7 @@ class RemeshState {
   std::vector<Eigen::Vector3d> normals_;  // by input vertex
   OpenMesh::TriConnectivity half_edges_;
   std::vector<RemeshVertex> vertices_;  // by half-edge vertex
-  std::vector<char> kept_;              // by half-edge face of the start
-  std::vector<int> input_face_;         // by half-edge face of the start
+  std::vector<int> kept_;               // by half-edge face; those beyond are new
   // The input's borders: stretch s leads from border_point_[s] to border_point_[border_next_[s]].
   std::vector<Eigen::Vector3d> border_point_;
   std::vector<int> border_next_;

@@ -1,9 +1,36 @@
 #include "core/mesh/surface_walk.h"
 
+#include <algorithm>
+
+#include "core/support/parallel.h"
+
 namespace burin {
+namespace {
+
+constexpr int kFacetGrain = 2048;
+
+bool HasVertex(const Eigen::Vector3i& face, int v) {
+  return face[0] == v || face[1] == v || face[2] == v;
+}
+
+}  // namespace
 
 SurfaceWalk::SurfaceWalk(const TriangleMesh& mesh)
-    : mesh_(mesh), vertex_faces_(VertexFaces(mesh)) {}
+    : mesh_(mesh), vertex_faces_(VertexFaces(mesh)), across_(mesh.faces.size()) {
+  ParallelFor(static_cast<int>(mesh.faces.size()), kFacetGrain, [&](int begin, int end) {
+    for (int f = begin; f < end; ++f) {
+      for (int c = 0; c < 3; ++c) {
+        const int from = mesh.faces[f][c];
+        const int to = mesh.faces[f][(c + 1) % 3];
+        const int* const last = vertex_faces_.End(from);
+        const int* const other = std::find_if(vertex_faces_.Begin(from), last, [&](int g) {
+          return g != f && HasVertex(mesh.faces[g], to);
+        });
+        across_[f][c] = other != last ? *other : -1;
+      }
+    }
+  });
+}
 
 TrianglePoint SurfaceWalk::Closest(const Eigen::Vector3d& query, int facet) const {
   const Eigen::Vector3i& face = mesh_.faces[facet];
@@ -14,23 +41,25 @@ TrianglePoint SurfaceWalk::Closest(const Eigen::Vector3d& query, int facet) cons
 
 TrianglePoint SurfaceWalk::Find(const Eigen::Vector3d& query, int* facet) const {
   TrianglePoint best = Closest(query, *facet);
-  while (best.feature != TriangleFeature::kFace) {
-    // The others at the corner, or across the edge.
-    const Eigen::Vector3i& face = mesh_.faces[*facet];
-    const int at = face[best.which];
-    const int end = best.feature == TriangleFeature::kEdge ? face[(best.which + 1) % 3] : at;
+  for (;;) {
+    if (best.feature == TriangleFeature::kFace) return best;
     int next = -1;
-    for (const int* f = vertex_faces_.Begin(at); f != vertex_faces_.End(at); ++f) {
-      if (*f == *facet || !(mesh_.faces[*f].array() == end).any()) continue;
-      const TrianglePoint point = Closest(query, *f);
-      if (!(point.squared_distance < best.squared_distance)) continue;
+    const auto look_at = [&](int f) {
+      const TrianglePoint point = Closest(query, f);
+      if (!(point.squared_distance < best.squared_distance)) return;
       best = point;
-      next = *f;
+      next = f;
+    };
+    if (best.feature == TriangleFeature::kEdge) {
+      const int other = across_[*facet][best.which];
+      if (other >= 0) look_at(other);
+    } else {
+      const int corner = mesh_.faces[*facet][best.which];
+      std::for_each(vertex_faces_.Begin(corner), vertex_faces_.End(corner), look_at);
     }
-    if (next < 0) break;
+    if (next < 0) return best;
     *facet = next;
   }
-  return best;
 }
 
 Eigen::Vector3d SurfaceWalk::Weights(int facet, const TrianglePoint& at) const {

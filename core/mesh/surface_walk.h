@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <vector>
 
 #include "core/mesh/mesh.h"
 #include "core/mesh/triangle_point.h"
@@ -30,6 +32,7 @@ class SurfaceWalk {
 
   const TriangleMesh& mesh_;
   const Adjacency vertex_faces_;
+  std::vector<std::array<int, 3>> across_;  // by facet: another at edge c, c+1; -1: none
 };
 
 }  // namespace burin
