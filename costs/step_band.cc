@@ -166,8 +166,8 @@ std::vector<uint8_t> OpenBorderPixels(const ViewDomain& domain, const TriangleMe
   return open;
 }
 
-std::vector<uint8_t> NearSteps(const DepthPlanes& planes, const std::vector<uint8_t>& open_border,
-                               double plane_px, double band_px) {
+cv::Mat1f StepDistances(const DepthPlanes& planes, const std::vector<uint8_t>& open_border,
+                        double plane_px) {
   const int width = planes.width;
   const int height = planes.height;
   const double limit = plane_px / planes.focal;
@@ -188,6 +188,14 @@ std::vector<uint8_t> NearSteps(const DepthPlanes& planes, const std::vector<uint
   });
   cv::Mat1f distance;
   cv::distanceTransform(step, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  return distance;
+}
+
+std::vector<uint8_t> NearSteps(const DepthPlanes& planes, const std::vector<uint8_t>& open_border,
+                               double plane_px, double band_px) {
+  const cv::Mat1f distance = StepDistances(planes, open_border, plane_px);
+  const int width = planes.width;
+  const int height = planes.height;
   std::vector<uint8_t> near(planes.inverse_depth.size(), 0);
   const auto band = static_cast<float>(band_px);
   for (int y = 0; y < height; ++y) {

@@ -17,6 +17,7 @@
 #pragma once
 
 #include <cstdint>
+#include <opencv2/core.hpp>
 #include <vector>
 
 #include "core/mesh/mesh.h"
@@ -26,10 +27,14 @@
 
 namespace burin {
 
-// 1 for the pixels within `band_px` of a pixel of a step, row-major. Of two neighbours (side by
+// Distance from each pixel to the nearest one of a step, 0 on it; without a step a very large number. Of two neighbours (side by
 // side or one above the other) both are of a step when neither's depth is within `plane_px` pixel
 // footprints of the plane of the other's facet, or when only one has a surface and that is not of
 // `open_border` (1 for such pixels; empty: none is).
+cv::Mat1f StepDistances(const DepthPlanes& planes, const std::vector<uint8_t>& open_border,
+                        double plane_px);
+
+// 1 for the pixels within `band_px` of a pixel of such a step, row-major.
 std::vector<uint8_t> NearSteps(const DepthPlanes& planes, const std::vector<uint8_t>& open_border,
                                double plane_px, double band_px);
 

@@ -4,11 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
-#include <set>
 #include <vector>
 
-#include "core/mesh/mesh_check.h"
+#include "core/mesh/smooth_rims.h"
 #include "core/mesh/submesh.h"
 #include "tests/test_scene.h"
 #include "tests/test_shapes.h"
@@ -52,7 +52,7 @@ bool InSquare(double x, double y, double left, double top, double side) {
 }
 
 std::vector<char> Smoothed(const std::vector<char>& cut) {
-  return SmoothedLabels(Sheet(), Areas(Sheet()), cut);
+  return SmoothedLabels(Sheet(), FacetNeighbors(Sheet()), Areas(Sheet()), cut);
 }
 
 long Count(const std::vector<char>& labels) { return std::count(labels.begin(), labels.end(), 1); }
@@ -101,7 +101,7 @@ TEST(FacetLabels, SmallPartsKeepTheirLabel) {
   for (const char label : {0, 1}) {
     std::vector<char> cut(mesh.faces.size(), label == 0 ? 1 : 0);
     std::fill(cut.end() - 8, cut.end(), label);
-    EXPECT_EQ(SmoothedLabels(mesh, Areas(mesh), cut), cut);
+    EXPECT_EQ(SmoothedLabels(mesh, FacetNeighbors(mesh), Areas(mesh), cut), cut);
   }
 }
 
@@ -162,6 +162,55 @@ TEST(FacetLabels, WhatIsLeftNeverTouchesItselfAtAVertex) {
       // A disc has as many neighbours as facets; half a disc one more; two halves two more.
       EXPECT_LE(neighbors.Degree(at), faces.Degree(at) + 1);
     }
+  }
+}
+
+// The rim of a cut along x = 180 through a mesh whose vertices are off their places: its teeth go, its place stays.
+TEST(SmoothRims, LosesTeethAndKeepsItsPlace) {
+  TriangleMesh whole = Sheet();
+  test::Random random(5);
+  for (Eigen::Vector3d& vertex : whole.vertices) {
+    vertex += 1.5 * Eigen::Vector3d(random.Uniform(), random.Uniform(), 0);
+    vertex.z() = 0.001 * vertex.x() * vertex.x();
+  }
+  std::vector<char> cut;
+  for (size_t f = 0; f < whole.faces.size(); ++f) cut.push_back(Middle(whole, f).x() > 180 ? 1 : 0);
+  std::vector<int> vertices;
+  const TriangleMesh toothed = WithoutFacets(whole, cut, &vertices);
+  const std::vector<char> whole_boundary = BoundaryVertices(whole, VertexFaces(whole));
+  const std::vector<char> boundary = BoundaryVertices(toothed, VertexFaces(toothed));
+  std::vector<char> free;
+  for (size_t v = 0; v < vertices.size(); ++v) free.push_back(whole_boundary[vertices[v]] == 0);
+  TriangleMesh smooth = toothed;
+  SmoothRims(free, &smooth);
+  const auto spread = [&](const TriangleMesh& mesh, double* mean) {
+    double sum = 0;
+    double squares = 0;
+    int count = 0;
+    for (size_t v = 0; v < vertices.size(); ++v) {
+      if (free[v] == 0 || boundary[v] == 0) continue;
+      sum += mesh.vertices[v].x();
+      squares += mesh.vertices[v].x() * mesh.vertices[v].x();
+      ++count;
+    }
+    *mean = sum / count;
+    return std::sqrt(squares / count - *mean * *mean);
+  };
+  double before = 0;
+  double after = 0;
+  const double toothed_spread = spread(toothed, &before);
+  EXPECT_LT(spread(smooth, &after), 0.6 * toothed_spread);
+  EXPECT_NEAR(after, before, 0.2);
+  for (size_t v = 0; v < vertices.size(); ++v) {
+    if (free[v] == 0 || boundary[v] == 0) {
+      EXPECT_EQ(smooth.vertices[v], toothed.vertices[v]);
+    }
+    // Along the surface.
+    EXPECT_NEAR(smooth.vertices[v].z(), 0.001 * std::pow(smooth.vertices[v].x(), 2), 0.05);
+  }
+  for (size_t f = 0; f < smooth.faces.size(); ++f) {
+    const auto at = static_cast<int>(f);
+    EXPECT_GT(FaceAreaNormal(smooth, at).dot(FaceAreaNormal(toothed, at)), 0);
   }
 }
 

@@ -6,16 +6,15 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "apps/run/pipeline.h"
 #include "apps/run/run_output.h"
-#include "core/evidence/surface_evidence.h"
-#include "core/mesh/mesh_check.h"
 #include "core/synthetic/synthetic.h"
-#include "core/visibility/silhouette.h"
+#include "costs/surface_evidence.h"
 #include "tests/program_test.h"
 #include "tests/small_relief.h"
 #include "tests/test_scene.h"
@@ -70,40 +69,98 @@ TEST(Trim, TheFirstReasonThatHolds) {
   }
 }
 
-TEST(Trim, ThinPartsAreCutOnEvidenceAgainstThemOnly) {
-  FacetEvidence thin = WellKnown();
-  thin.thin = true;
-  thin.clear_pairs = 0;
-  thin.cosine = 0.1F;
-  thin.sd_px = 5;
-  thin.zncc = -0.5F;
-  EXPECT_EQ(JudgeFacet(SurfaceTrim::kEvidence, thin), CutReason::kNone);
-  thin.behind = 50;
-  thin.outside = 25;
-  EXPECT_EQ(JudgeFacet(SurfaceTrim::kEvidence, thin), CutReason::kNone);
-  thin.behind = 51;
-  EXPECT_EQ(JudgeFacet(SurfaceTrim::kEvidence, thin), CutReason::kRefuted);
-  thin.behind = 0;
-  thin.outside = 26;
-  EXPECT_EQ(JudgeFacet(SurfaceTrim::kEvidence, thin), CutReason::kRefuted);
+// A sheet of 60 x 60 squares of 36 square pixels each, all well known, with `change` on the facets whose middle is chosen.
+class Sheet {
+ public:
+  Sheet() : mesh_(Plane(0, 360, 60)), facets_(mesh_.faces.size(), WellKnown()) {}
+  void Change(double left, double right, double top, double bottom,
+              const std::function<void(FacetEvidence*)>& change) {
+    for (size_t f = 0; f < facets_.size(); ++f) {
+      if (In(f, left, right, top, bottom)) change(&facets_[f]);
+    }
+  }
+  // Share of the facets there that are cut, and for that reason.
+  double Cut(double left, double right, double top, double bottom, CutReason reason) const {
+    const std::vector<double> areas(facets_.size(), 18);
+    const std::vector<CutReason> reasons =
+        FacetsToCut(SurfaceTrim::kEvidence, mesh_, facets_, areas);
+    double all = 0;
+    double cut = 0;
+    for (size_t f = 0; f < facets_.size(); ++f) {
+      if (!In(f, left, right, top, bottom)) continue;
+      ++all;
+      if (reasons[f] == reason) ++cut;
+    }
+    return cut / all;
+  }
+
+ private:
+  bool In(size_t f, double left, double right, double top, double bottom) const {
+    const Eigen::Vector3i& face = mesh_.faces[f];
+    const Eigen::Vector3d at =
+        (mesh_.vertices[face[0]] + mesh_.vertices[face[1]] + mesh_.vertices[face[2]]) / 3;
+    return at.x() > left && at.x() < right && at.y() > top && at.y() < bottom;
+  }
+  TriangleMesh mesh_;
+  std::vector<FacetEvidence> facets_;
+};
+
+void MakeNarrow(FacetEvidence* facet) {
+  facet->thin = true;
+  facet->clear_pairs = 0;
+  facet->cosine = 0.1F;
+  facet->sd_px = 5;
+  facet->zncc = -0.5F;
 }
 
-TEST(Trim, DistancesToStepsAreThoseOfThePicture) {
-  cv::Mat1f depth(20, 30, 10.0F);
-  depth.colRange(12, 30).setTo(20);
-  depth.rowRange(0, 5).setTo(0);
-  const cv::Mat1f distance = StepDistances(depth, 100, 3);
-  EXPECT_EQ(distance(15, 11), 0);
-  EXPECT_EQ(distance(15, 12), 0);
-  EXPECT_EQ(distance(15, 8), 3);
-  EXPECT_EQ(distance(19, 0), 11);
-  EXPECT_EQ(distance(5, 0), 0);  // nothing above it
-  // Where the mesh ends, perhaps not the surface.
-  const cv::Mat1b open(20, 30, static_cast<uchar>(1));
-  EXPECT_EQ(StepDistances(depth, 100, 3, open)(5, 0), 11);
-  // Differences of up to three footprints are none.
-  EXPECT_EQ(StepDistances(cv::Mat1f(depth.rowRange(5, 20)), 30, 100)(0, 0),
-            static_cast<float>(std::hypot(15, 30)));
+TEST(Trim, NarrowPartsAreCutOnEvidenceAgainstThemOnly) {
+  Sheet sheet;
+  sheet.Change(60, 84, 60, 300, MakeNarrow);
+  EXPECT_EQ(sheet.Cut(60, 84, 60, 300, CutReason::kNone), 1);
+  // Unseen in part, as the back of a rod.
+  sheet.Change(60, 72, 60, 300, [](FacetEvidence* f) { f->pairs = 0; });
+  EXPECT_EQ(sheet.Cut(60, 84, 60, 300, CutReason::kNone), 1);
+  sheet.Change(60, 84, 60, 180, [](FacetEvidence* f) { f->behind = f->front + 1; });
+  EXPECT_GT(sheet.Cut(60, 84, 60, 170, CutReason::kRefuted), 0.9);
+  EXPECT_EQ(sheet.Cut(60, 84, 190, 300, CutReason::kNone), 1);
+  sheet.Change(60, 84, 180, 300, [](FacetEvidence* f) { f->outside = f->front / 2 + 1; });
+  EXPECT_GT(sheet.Cut(60, 84, 60, 300, CutReason::kRefuted), 0.9);
+}
+
+TEST(Trim, FoldsAreNoNarrowParts) {
+  Sheet sheet;
+  sheet.Change(60, 84, 60, 300, MakeNarrow);
+  sheet.Change(60, 78, 60, 300, [](FacetEvidence* f) { f->pairs = 0; });
+  EXPECT_LT(sheet.Cut(60, 84, 60, 300, CutReason::kNone), 0.02);
+  EXPECT_GT(sheet.Cut(60, 78, 60, 300, CutReason::kUnseen), 0.9);
+  // Nor is a plate: it is seen clear of its outline.
+  Sheet plate;
+  plate.Change(60, 240, 60, 240, [](FacetEvidence* f) { f->thin = true; });
+  plate.Change(60, 240, 60, 150, [](FacetEvidence* f) { f->pairs = f->clear_pairs = 0; });
+  EXPECT_GT(plate.Cut(60, 240, 60, 140, CutReason::kUnseen), 0.9);
+}
+
+TEST(Trim, SurfacesSeenAtASmallAngleAreNoBridges) {
+  const auto oblique = [](FacetEvidence* f) {
+    f->clear_pairs = 0;
+    f->off_step_pairs = 4;
+    f->cosine = 0.2F;
+    f->zncc = 0.5F;
+  };
+  Sheet ground;
+  ground.Change(60, 300, 60, 300, oblique);
+  EXPECT_EQ(ground.Cut(60, 300, 60, 300, CutReason::kNone), 1);
+  Sheet bridge;
+  bridge.Change(60, 78, 60, 108, oblique);  // of 864 square pixels
+  EXPECT_GT(bridge.Cut(60, 78, 60, 108, CutReason::kUnclear), 0.9);
+  Sheet apart;
+  apart.Change(60, 300, 60, 300, oblique);
+  apart.Change(60, 300, 60, 300, [](FacetEvidence* f) { f->zncc = 0.3F; });
+  EXPECT_GT(apart.Cut(60, 300, 60, 300, CutReason::kUnclear), 0.95);
+  Sheet step;
+  step.Change(60, 300, 60, 300, oblique);
+  step.Change(60, 300, 60, 300, [](FacetEvidence* f) { f->off_step_pairs = 1; });
+  EXPECT_GT(step.Cut(60, 300, 60, 300, CutReason::kUnclear), 0.95);
 }
 
 struct Frozen {
@@ -172,7 +229,8 @@ TEST(Trim, ASphereSeenFromOneSideIsCutBehindItsOutline) {
   const SurfaceEvidence evidence = frozen.Measure(sphere);
   for (size_t f = 0; f < sphere.faces.size(); ++f) {
     const FacetEvidence& facet = evidence.facets[f];
-    EXPECT_LE(facet.clear_pairs, facet.pairs);
+    EXPECT_LE(facet.clear_pairs, facet.off_step_pairs);
+    EXPECT_LE(facet.off_step_pairs, facet.pairs);
     const Eigen::Vector3d normal = FaceAreaNormal(sphere, static_cast<int>(f)).normalized();
     if (normal.z() < -0.2) {
       EXPECT_EQ(facet.pairs, 0);
@@ -181,6 +239,7 @@ TEST(Trim, ASphereSeenFromOneSideIsCutBehindItsOutline) {
     if (normal.z() < 0.8) continue;
     if (normal.y() > 0.1) {
       EXPECT_EQ(facet.clear_pairs, 2);
+      EXPECT_EQ(facet.off_step_pairs, 2);
       EXPECT_GT(facet.cosine, 0.55F);
       EXPECT_EQ(facet.outside, 0);
     }

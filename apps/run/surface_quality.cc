@@ -7,6 +7,7 @@
 
 #include "core/refine/thin_parts.h"
 #include "core/support/parallel.h"
+#include "costs/surface_evidence.h"
 
 namespace burin {
 namespace {

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "core/mesh/smooth_rims.h"
 #include "core/mesh/submesh.h"
 #include "core/support/fixed_text.h"
 
@@ -35,6 +36,15 @@ const char* Words(CutReason reason) {
   return "";
 }
 
+// Of `vertices` of the mesh: 1 for those that are not at its own border.
+std::vector<char> InnerVertices(const TriangleMesh& mesh, const std::vector<int>& vertices) {
+  const std::vector<char> boundary = BoundaryVertices(mesh, VertexFaces(mesh));
+  std::vector<char> inner;
+  inner.reserve(vertices.size());
+  for (const int v : vertices) inner.push_back(boundary[v] == 0 ? 1 : 0);
+  return inner;
+}
+
 int64_t Count(const Trimming& trimming, CutReason reason) {
   return std::count(trimming.reasons.begin(), trimming.reasons.end(), reason);
 }
@@ -58,6 +68,7 @@ Trimming TrimSurface(SurfaceTrim rule, std::vector<CutReason> reasons, TriangleM
   if (whole > 0) trimming.area_share /= whole;
   std::vector<int> vertices;
   TriangleMesh left = WithoutFacets(*mesh, cut, &vertices);
+  SmoothRims(InnerVertices(*mesh, vertices), &left);
   trimming.whole = std::exchange(*mesh, std::move(left));
   trimming.quality = *quality;
   for (VertexScalar& scalar : *quality) {

@@ -8,16 +8,24 @@
 //   has a standard deviation above 3 px                                             uncertain
 //   has a correlation below 0                                                       disagrees
 //
-// the first that holds being its reason. Facets of parts too thin to have pixels clear of their own outline are cut only
-// on evidence against them: more pixels see them from behind than from the front, or most of those that see them are
-// outside of masks (refuted). `unseen` cuts what no pair sees, thin or not.
+// the first that holds being its reason. `unseen` cuts what no pair sees.
+//
+// Two kinds of surface are kept by `evidence` all the same:
+//
+//   narrow parts, as rods and stems, which have no pixels clear of their own outline. Patches of thin facets (FacetEvidence::thin) that
+//     fewer than 2 pairs see clear, of 200 square pixels or a part of the mesh by themselves, of whose area at least .4 is
+//     seen by pairs; folds of the surface are mostly hidden. There a facet is cut only on evidence against it: more pixels
+//     see it from behind than from the front, or most that see it are outside of masks (refuted).
+//   oblique surfaces, as the ground before a tower, which have depth steps between neighbouring pixels for no other reason
+//     than their angle. Patches of unclear and grazing facets with a correlation of .4, seen by 2 pairs clear of the steps
+//     that their planes do not predict, of 1000 square pixels: bridges are smaller.
 //
 // Labels are then smoothed along the surface (core/mesh/facet_labels.h).
 #pragma once
 
 #include <vector>
 
-#include "core/evidence/surface_evidence.h"
+#include "core/evidence/facet_evidence.h"
 #include "core/mesh/mesh.h"
 #include "core/support/choices.h"
 

@@ -34,27 +34,18 @@ void Diffuse(const Adjacency& neighbors, std::vector<char>* labels) {
 // Gives patches of `label` the other one where they are small and border on it.
 void DropSmallPatches(const Adjacency& neighbors, const std::vector<double>& area_px, char label,
                       std::vector<char>* labels) {
-  std::vector<char> done(labels->size(), 0);
-  std::vector<int> patch;
-  for (size_t f = 0; f < done.size(); ++f) {
-    if (done[f] != 0 || (*labels)[f] != label) continue;
-    patch = {static_cast<int>(f)};
-    done[f] = 1;
+  std::vector<char> chosen(labels->size());
+  for (size_t f = 0; f < chosen.size(); ++f) chosen[f] = (*labels)[f] == label ? 1 : 0;
+  for (const std::vector<int>& patch : FacetPatches(neighbors, chosen)) {
     double area = 0;
     bool borders = false;
-    for (size_t k = 0; k < patch.size(); ++k) {
-      area += area_px[patch[k]];
-      for (const int* n = neighbors.Begin(patch[k]); n != neighbors.End(patch[k]); ++n) {
-        borders |= (*labels)[*n] != label;
-        if ((*labels)[*n] != label || done[*n] != 0) continue;
-        done[*n] = 1;
-        patch.push_back(*n);
-      }
+    for (const int f : patch) {
+      area += area_px[f];
+      borders |=
+          std::any_of(neighbors.Begin(f), neighbors.End(f), [&](int n) { return chosen[n] == 0; });
     }
     if (!borders || area >= kLeastPatchPx) continue;
-    // Facets of other patches are not next to these but across their border: no later patch changes by it.
-    for (const int g : patch) (*labels)[g] = label == kCut ? kKept : kCut;
-    for (const int g : patch) done[g] = 1;
+    for (const int f : patch) (*labels)[f] = label == kCut ? kKept : kCut;
   }
 }
 
@@ -168,9 +159,27 @@ Adjacency FacetNeighbors(const TriangleMesh& mesh) {
   return neighbors;
 }
 
-std::vector<char> SmoothedLabels(const TriangleMesh& mesh, const std::vector<double>& area_px,
-                                 std::vector<char> cut) {
-  const Adjacency neighbors = FacetNeighbors(mesh);
+std::vector<std::vector<int>> FacetPatches(const Adjacency& neighbors,
+                                           const std::vector<char>& chosen) {
+  std::vector<std::vector<int>> patches;
+  std::vector<char> done(chosen.size(), 0);
+  for (size_t f = 0; f < chosen.size(); ++f) {
+    if (done[f] != 0 || chosen[f] == 0) continue;
+    std::vector<int> patch = {static_cast<int>(f)};
+    done[f] = 1;
+    for (size_t k = 0; k < patch.size(); ++k) {
+      for (const int* n = neighbors.Begin(patch[k]); n != neighbors.End(patch[k]); ++n) {
+        if (chosen[*n] != 0 && std::exchange(done[*n], 1) == 0) patch.push_back(*n);
+      }
+    }
+    std::sort(patch.begin(), patch.end());
+    patches.push_back(std::move(patch));
+  }
+  return patches;
+}
+
+std::vector<char> SmoothedLabels(const TriangleMesh& mesh, const Adjacency& neighbors,
+                                 const std::vector<double>& area_px, std::vector<char> cut) {
   Diffuse(neighbors, &cut);
   DropSmallPatches(neighbors, area_px, kCut, &cut);
   DropSmallPatches(neighbors, area_px, kKept, &cut);

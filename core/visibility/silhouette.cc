@@ -16,31 +16,27 @@ namespace {
 constexpr int kPointGrain = 4096;
 constexpr double kShapeTolerance = 0.01;  // of width / height
 
-}  // namespace
-
-cv::Mat1f StepDistances(const cv::Mat1f& depth, double focal, double step_px,
-                        const cv::Mat1b& open) {
+// 255 where a pixel is within `radius_px` of a step between it and a neighbour.
+cv::Mat1b NearSteps(const cv::Mat1f& depth, double focal, const SilhouetteOptions& options) {
   cv::Mat1b step(depth.size(), static_cast<uchar>(255));  // 0 = step, for the distance transform
-  const auto is_step = [&](const cv::Point& p, const cv::Point& q) {
-    const float a = depth(p);
-    const float b = depth(q);
-    if ((a > 0) != (b > 0)) return open.empty() || open(a > 0 ? p : q) == 0;
-    return a > 0 && std::abs(a - b) > step_px * std::min(a, b) / focal;
+  const auto is_step = [&](float a, float b) {
+    if ((a > 0) != (b > 0)) return true;
+    return a > 0 && std::abs(a - b) > options.step_px * std::min(a, b) / focal;
   };
   for (int y = 0; y < depth.rows; ++y) {
     for (int x = 0; x < depth.cols; ++x) {
-      const cv::Point at(x, y);
-      for (const cv::Point& next : {cv::Point(x + 1, y), cv::Point(x, y + 1)}) {
-        if (next.x >= depth.cols || next.y >= depth.rows || !is_step(at, next)) continue;
-        step(at) = step(next) = 0;
-      }
+      const bool right = x + 1 < depth.cols && is_step(depth(y, x), depth(y, x + 1));
+      const bool below = y + 1 < depth.rows && is_step(depth(y, x), depth(y + 1, x));
+      if (right) step(y, x) = step(y, x + 1) = 0;
+      if (below) step(y, x) = step(y + 1, x) = 0;
     }
   }
   cv::Mat1f distance;
   cv::distanceTransform(step, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
-  const auto diagonal = static_cast<float>(std::hypot(depth.cols, depth.rows));
-  return cv::Mat1f(cv::min(distance, diagonal));
+  return distance <= options.radius_px;
 }
+
+}  // namespace
 
 std::vector<char> NearSilhouettes(const std::vector<Eigen::Vector3d>& points,
                                   const std::vector<Camera>& cameras,
@@ -51,8 +47,7 @@ std::vector<char> NearSilhouettes(const std::vector<Eigen::Vector3d>& points,
     if (depth[i].empty()) continue;
     const Camera camera = cameras[i].Resized(depth[i].cols, depth[i].rows);
     const double focal = std::sqrt(camera.fx * camera.fy);
-    const cv::Mat1b near_steps =
-        StepDistances(depth[i], focal, options.step_px) <= options.radius_px;
+    const cv::Mat1b near_steps = NearSteps(depth[i], focal, options);
     ParallelFor(static_cast<int>(points.size()), kPointGrain, [&](int begin, int end) {
       for (int p = begin; p < end; ++p) {
         const double z = camera.Depth(points[p]);

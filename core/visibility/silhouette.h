@@ -19,13 +19,6 @@ struct SilhouetteOptions {
   double visible_px = 5;  // a view sees a point within this many footprints of its depth map
 };
 
-// Distance in pixels from each pixel to the nearest one of a step, 0 on it: both pixels, side by side or one above the
-// other, whose depths (0 = no surface) differ by more than `step_px` footprints, or of which one has a surface alone.
-// A pixel of `open` (CV_8UC1, or empty) is not of a step to none: the mesh ends there, perhaps not the surface. The
-// picture's diagonal where there is no step.
-cv::Mat1f StepDistances(const cv::Mat1f& depth, double focal, double step_px,
-                        const cv::Mat1b& open = {});
-
 // True for the points that some view sees near a step of its depth map. depth[i] holds view i's
 // camera z in world units, 0 = no surface; it may be smaller than the image by a constant factor,
 // and lengths in px are then pixels of the map.

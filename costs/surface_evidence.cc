@@ -1,4 +1,4 @@
-#include "core/evidence/surface_evidence.h"
+#include "costs/surface_evidence.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,19 +7,13 @@
 #include "core/support/parallel.h"
 #include "core/visibility/facet_map.h"
 #include "core/visibility/facet_pencil.h"
-#include "core/visibility/silhouette.h"
+#include "costs/step_band.h"
 
 namespace burin {
 namespace {
 
 constexpr int kFacetGrain = 512;
 constexpr int kVertexGrain = 1024;
-
-// What a view sees of the mesh.
-struct ViewOfSurface {
-  cv::Mat1i facets;
-  cv::Mat1f step_distance;
-};
 
 // Distance to the nearest pixel that the mask allows; empty without a mask.
 cv::Mat1f DistanceOutside(const cv::Mat& mask) {
@@ -29,30 +23,34 @@ cv::Mat1f DistanceOutside(const cv::Mat& mask) {
   return distance;
 }
 
-ViewOfSurface Look(const FrozenSurface& surface, const Camera& camera) {
-  ViewOfSurface seen;
-  cv::Mat1f depth;
-  seen.facets = FacetMap(surface.mesh, camera, &depth);
-  cv::Mat1b open(depth.size(), static_cast<uchar>(0));
-  for (int y = 0; y < depth.rows; ++y) {
-    for (int x = 0; x < depth.cols; ++x) {
-      const int facet = seen.facets(y, x);
-      if (facet < 0) continue;
-      depth(y, x) = 1 / depth(y, x);
-      for (const int v : surface.mesh.faces[facet]) open(y, x) |= surface.boundary[v];
-    }
-  }
-  seen.step_distance = StepDistances(depth, std::sqrt(camera.fx * camera.fy), kStepPx, open);
-  return seen;
+// Distances of a view's pixels to depth steps, at most the picture's diagonal.
+struct StepsOfView {
+  cv::Mat1f any;       // kStepPx from pixel to pixel
+  cv::Mat1f off_step;  // those that the facets' planes do not predict (costs/step_band.h)
+};
+
+StepsOfView FindSteps(const FrozenSurface& surface, size_t view) {
+  const ViewDomain& domain = surface.domains[view];
+  const Camera& camera = surface.views[view].camera;
+  const std::vector<uint8_t> open = OpenBorderPixels(domain, surface.mesh, surface.boundary);
+  DepthPlanes planes = MakeDepthPlanes(domain, surface.mesh, camera, /*ray_lengths=*/false);
+  const double diagonal = std::hypot(camera.width, camera.height);
+  StepsOfView steps;
+  steps.off_step = cv::min(StepDistances(planes, open, kStepPx), diagonal);
+  std::fill(planes.slope_x.begin(), planes.slope_x.end(), 0.0F);
+  std::fill(planes.slope_y.begin(), planes.slope_y.end(), 0.0F);
+  steps.any = cv::min(StepDistances(planes, open, kStepPx), diagonal);
+  return steps;
 }
 
-void CountPixels(const ViewOfSurface& seen, const TriangleMesh& mesh, const LevelView& view,
+void CountPixels(const TriangleMesh& mesh, const LevelView& view,
                  std::vector<FacetEvidence>* facets) {
+  const cv::Mat1i seen = FacetMap(mesh, view.camera);
   const std::vector<uint8_t> facing = FacingFacets(mesh, view.camera.Center());
   const cv::Mat1f outside = DistanceOutside(view.mask);
-  for (int y = 0; y < seen.facets.rows; ++y) {
-    for (int x = 0; x < seen.facets.cols; ++x) {
-      const int f = seen.facets(y, x);
+  for (int y = 0; y < seen.rows; ++y) {
+    for (int x = 0; x < seen.cols; ++x) {
+      const int f = seen(y, x);
       if (f < 0) continue;
       FacetEvidence& facet = (*facets)[f];
       if (facing[f] == 0) {
@@ -66,20 +64,26 @@ void CountPixels(const ViewOfSurface& seen, const TriangleMesh& mesh, const Leve
 }
 
 // Counts the view's pairs by facet.
-void CountPairs(const FrozenSurface& surface, size_t view, const cv::Mat1f& step_distance,
+void CountPairs(const FrozenSurface& surface, size_t view, const StepsOfView& steps,
                 std::vector<FacetEvidence>* facets) {
   const ViewDomain& domain = surface.domains[view];
   const TriangleMesh& mesh = surface.mesh;
   ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
     PartnerBits any(domain.seconds.size(), 1);
     PartnerBits clear(domain.seconds.size(), 1);
+    PartnerBits off_step(domain.seconds.size(), 1);
     for (int k = begin; k < end; ++k) {
       any.ClearAll(0);
       clear.ClearAll(0);
+      off_step.ClearAll(0);
       for (const ImagePixel pixel : domain.PixelsOf(k)) {
         any.Unite(0, domain.second_visible, pixel.index, 1);
-        if (step_distance(pixel.row, pixel.column) < kClearPx) continue;
-        clear.Unite(0, domain.second_visible, pixel.index, 1);
+        if (steps.off_step(pixel.row, pixel.column) >= kClearPx) {
+          off_step.Unite(0, domain.second_visible, pixel.index, 1);
+        }
+        if (steps.any(pixel.row, pixel.column) >= kClearPx) {
+          clear.Unite(0, domain.second_visible, pixel.index, 1);
+        }
       }
       if (any.Count(0) == 0) continue;
       const int f = domain.facet[k];
@@ -93,6 +97,7 @@ void CountPairs(const FrozenSurface& surface, size_t view, const cv::Mat1f& step
       FacetEvidence& facet = (*facets)[f];
       facet.pairs += any.Count(0);
       facet.clear_pairs += clear.Count(0);
+      facet.off_step_pairs += off_step.Count(0);
       for (size_t b = 0; b < domain.seconds.size(); ++b) {
         if (!any.Test(b, 0)) continue;
         const double smaller = std::min(cosine(view), cosine(domain.seconds[b]));
@@ -140,10 +145,10 @@ SurfaceEvidence MeasureSurfaceEvidence(const FrozenSurface& surface) {
   for (size_t i = 0; i < surface.views.size(); ++i) {
     const LevelView& view = surface.views[i];
     if (!view.at.takes_part) continue;
-    const ViewOfSurface seen = Look(surface, view.camera);
-    CountPixels(seen, surface.mesh, view, &evidence.facets);
-    CountPairs(surface, i, seen.step_distance, &evidence.facets);
-    LookAtVertices(surface, i, seen.step_distance, normals, &evidence);
+    CountPixels(surface.mesh, view, &evidence.facets);
+    const StepsOfView steps = FindSteps(surface, i);
+    CountPairs(surface, i, steps, &evidence.facets);
+    LookAtVertices(surface, i, steps.any, normals, &evidence);
   }
   return evidence;
 }
