@@ -12,10 +12,11 @@
 //
 // Two kinds of surface are kept by `evidence` all the same:
 //
-//   narrow parts, as rods and stems, which have no pixels clear of their own outline. Patches of thin facets (FacetEvidence::thin) that
-//     fewer than 2 pairs see clear, of 200 square pixels or a part of the mesh by themselves, of whose area at least .4 is
-//     seen by pairs; folds of the surface are mostly hidden. There a facet is cut only on evidence against it: more pixels
-//     see it from behind than from the front, or most that see it are outside of masks (refuted).
+//   narrow parts, as rods and stems, which have few pixels clear of their own outline, or none: connected parts of
+//     the mesh of which half is thin (FacetEvidence::thin), .4 is seen by pairs, and of that less than .8 by 2 pairs clear;
+//     on other parts patches of thin facets that fewer than 2 pairs see clear, of 200 square pixels, of which .4 is seen
+//     (folds of the surface are mostly hidden). There a facet is cut only on evidence against it: more pixels see it from
+//     behind than from the front, or most that see it are outside of masks (refuted).
 //   oblique surfaces, as the ground before a tower, which have depth steps between neighbouring pixels for no other reason
 //     than their angle. Patches of unclear and grazing facets with a correlation of .4, seen by 2 pairs clear of the steps
 //     that their planes do not predict, of 1000 square pixels: bridges are smaller.

@@ -99,12 +99,27 @@ def test_refine_is_the_program(folder, scene, mesh, tmp_path):
     for key in ("pairs", "options", "iterations"):
         assert result.summary[key] == summary[key]
     assert len(events) >= summary["iterations"] > 0 and events[-1]["done"] <= 1
-    assert set(result.quality) == {"pairs", "zncc", "displacement_px", "sd_px"}
+    assert set(result.quality) == {"pairs", "zncc", "displacement_px", "sd_px", "cosine", "step_px"}
     assert len(result.quality["zncc"]) == len(vertices)
     for key, of in (("names", lambda k: scene.names[k]), ("rotations", scene.rotation), ("intrinsics", scene.intrinsics)):
         assert [numpy.array_equal(value, of(k)) for k, value in enumerate(result.cameras[key])] == [True] * len(scene)
     burin.write_mesh(tmp_path / "again.ply", result.vertices, result.faces)
     assert numpy.array_equal(burin.read_mesh(tmp_path / "again.ply")[1], faces)
+
+
+def test_the_whole_mesh_stands_beside_the_trimmed_one(scene, mesh):
+    whole = burin.refine(scene, *mesh, burin.Options({**SMALL, "surface.trim": "none"}))
+    assert whole.whole is None and whole.summary["trim"] is None
+    trimmed = burin.refine(scene, *mesh, burin.Options({**SMALL, "surface.trim": "unseen"}))
+    assert numpy.array_equal(trimmed.whole["vertices"], whole.vertices)
+    assert numpy.array_equal(trimmed.whole["faces"], whole.faces)
+    for name, values in whole.quality.items():
+        assert numpy.array_equal(trimmed.whole["quality"][name], values, equal_nan=True)
+    kept = numpy.array(trimmed.whole["cut"]) == "none"
+    assert kept.sum() == len(trimmed.faces) < len(whole.faces)
+    # The facets that are left, in their order.
+    names = numpy.unique(whole.faces[kept])
+    assert numpy.array_equal(names[trimmed.faces], whole.faces[kept])
 
 
 def test_what_cannot_be_right_is_handed_back(tmp_path):
