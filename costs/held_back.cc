@@ -49,8 +49,8 @@ class Comparison {
   HeldBackVerdict verdict_;
 };
 
-bool IsBefore(const PixelScore& a, const PixelScore& b) {
-  return a.view != b.view ? a.view < b.view : a.pixel < b.pixel;
+bool IsBefore(const CellScore& a, const CellScore& b) {
+  return a.view != b.view ? a.view < b.view : a.cell < b.cell;
 }
 
 }  // namespace
@@ -69,12 +69,12 @@ HeldBackVerdict CompareScores(const std::vector<FacetScore>& before,
   return comparison.Verdict();
 }
 
-HeldBackVerdict CompareScores(const std::vector<PixelScore>& before,
-                              const std::vector<PixelScore>& after) {
+HeldBackVerdict CompareScores(const std::vector<CellScore>& before,
+                              const std::vector<CellScore>& after) {
   Comparison comparison;
   auto now = after.begin();
   for (size_t k = 0; k < before.size(); ++k) {
-    const PixelScore& was = before[k];
+    const CellScore& was = before[k];
     while (now != after.end() && IsBefore(*now, was)) ++now;
     if (now == after.end()) break;
     if (IsBefore(was, *now)) continue;
@@ -104,7 +104,7 @@ void HeldBackJudge::BeginLevel(const RoundContext& first, const TermRounds& term
   PhotometricRound& round = photometric_->RoundOf(terms);
   const std::vector<Eigen::Vector3d>& vertices = first.mesh->vertices;
   if (facets_ == LevelFacets::kOther) {
-    before_pixels_ = round.PixelScores(vertices, PhotometricRound::Windows::kHeldBack);
+    before_cells_ = round.CellScores(vertices, PhotometricRound::Windows::kHeldBack);
   } else {
     before_ = round.FacetScores(vertices, PhotometricRound::Windows::kHeldBack,
                                 /*derivatives=*/false);
@@ -120,8 +120,8 @@ LevelVerdict HeldBackJudge::EndLevel(const RoundContext& /*last*/, const TermRou
   level.undo.assign(after.vertices.size(), 0);
   HeldBackVerdict verdict;
   if (facets_ == LevelFacets::kOther) {
-    verdict = CompareScores(
-        before_pixels_, round.PixelScores(after.vertices, PhotometricRound::Windows::kHeldBack));
+    verdict = CompareScores(before_cells_,
+                            round.CellScores(after.vertices, PhotometricRound::Windows::kHeldBack));
     if (verdict.windows <= 0 || (verdict.Worse() && verdict.after - verdict.before > allowed_))
       level.undo.assign(after.vertices.size(), 1);
   } else {
@@ -130,7 +130,7 @@ LevelVerdict HeldBackJudge::EndLevel(const RoundContext& /*last*/, const TermRou
                          after, &level.undo);
   }
   before_ = {};
-  before_pixels_ = {};
+  before_cells_ = {};
   level.report = {{"before", verdict.before},
                   {"after", verdict.after},
                   {"standard_error", verdict.standard_error},

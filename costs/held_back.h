@@ -2,7 +2,7 @@
 // camera pairs that were not used or, where there are none, small squares left out of the images.
 //
 // The mesh before and the mesh after the level have the same facets, unless it was cut anew between them
-// (core/mesh/remesh.h): then read pixel of a reference view for facet. The score of a facet is
+// (core/mesh/remesh.h): then read square of 4x4 pixels of a reference view for facet. The score of a facet is
 //
 //   e(mesh) = sum omega (1 - z) / sum omega
 //
@@ -41,9 +41,9 @@ HeldBackVerdict CompareScores(const std::vector<FacetScore>& before,
 HeldBackVerdict CompareScores(const std::vector<FacetScore>& before,
                               const std::vector<FacetScore>& after);
 
-// Of the pixels that both have.
-HeldBackVerdict CompareScores(const std::vector<PixelScore>& before,
-                              const std::vector<PixelScore>& after);
+// Of the cells that both have.
+HeldBackVerdict CompareScores(const std::vector<CellScore>& before,
+                              const std::vector<CellScore>& after);
 
 // A connected component of the mesh is undone when it is worse by itself, however large the others are; all of
 // the mesh when what is left is worse, or has no window to judge it by. Of a mesh with other facets all is undone or
@@ -68,8 +68,8 @@ class HeldBackJudge : public LevelJudge {
 
   const std::vector<CameraPair> pairs_;
   const PhotometricEnergy* const photometric_;
-  std::vector<FacetScore> before_;         // LevelFacets::kSame
-  std::vector<PixelScore> before_pixels_;  // LevelFacets::kOther
+  std::vector<FacetScore> before_;       // LevelFacets::kSame
+  std::vector<CellScore> before_cells_;  // LevelFacets::kOther
   LevelFacets facets_ = LevelFacets::kSame;
   double allowed_ = 0;  // loss
   double seconds_ = 0;

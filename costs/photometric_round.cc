@@ -167,12 +167,12 @@ std::vector<FacetScore> PhotometricRound::FacetScores(const std::vector<Eigen::V
   return scores;
 }
 
-std::vector<PixelScore> PhotometricRound::PixelScores(const std::vector<Eigen::Vector3d>& vertices,
-                                                      Windows windows) {
-  std::vector<PixelScore> scores;
-  output_.pixel_scores = &scores;
+std::vector<CellScore> PhotometricRound::CellScores(const std::vector<Eigen::Vector3d>& vertices,
+                                                    Windows windows) {
+  std::vector<CellScore> scores;
+  output_.cell_scores = &scores;
   Score(vertices, windows, /*derivatives=*/false, {});
-  output_.pixel_scores = nullptr;
+  output_.cell_scores = nullptr;
   return scores;
 }
 

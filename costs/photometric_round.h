@@ -90,9 +90,8 @@ class PhotometricRound : public TermRound, public ceres::EvaluationCallback {
   std::vector<FacetScore> FacetScores(const std::vector<Eigen::Vector3d>& vertices, Windows windows,
                                       bool derivatives, const std::vector<CameraPose>& poses = {});
 
-  // The same by pixel of the reference views, ascending by view and pixel.
-  std::vector<PixelScore> PixelScores(const std::vector<Eigen::Vector3d>& vertices,
-                                      Windows windows);
+  // The same by cell of the reference views, ascending by view and cell.
+  std::vector<CellScore> CellScores(const std::vector<Eigen::Vector3d>& vertices, Windows windows);
 
   const WindowMasks& masks(int view);
 

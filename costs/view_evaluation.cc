@@ -69,7 +69,7 @@ class ViewEvaluationIn : public ViewEvaluation {
 
     image_.create(domain.height, domain.width);
     fields_.Resize(pixels, derivatives,
-                   output->scores != nullptr || output->pixel_scores != nullptr);
+                   output->scores != nullptr || output->cell_scores != nullptr);
     ParallelFor(domain.height, kRowGrain, [&](int begin, int end) {
       cv::Mat rows = image_.rowRange(begin, end);
       (*views_)[view].image.rowRange(begin, end).convertTo(rows, CV_32F, 1 / units_[view].unit);
@@ -114,8 +114,8 @@ class ViewEvaluationIn : public ViewEvaluation {
         GatherFacet(domain, k, derivatives, &output->sums);
       }
     });
-    if (output->pixel_scores != nullptr) {
-      ScorePixels(view, frozen.squares_only, output->pixel_scores);
+    if (output->cell_scores != nullptr) {
+      ScoreCells(view, frozen.squares_only, output->cell_scores);
     }
   }
 
@@ -191,16 +191,25 @@ class ViewEvaluationIn : public ViewEvaluation {
     }
   }
 
-  void ScorePixels(int view, bool squares_only, std::vector<PixelScore>* scores) const {
+  void ScoreCells(int view, bool squares_only, std::vector<CellScore>* scores) const {
     const HeldBackSquares squares(options_.window);
-    for (size_t p = 0; p < fields_.weight.size(); ++p) {
-      if (!(fields_.weight[p] > 0)) continue;
-      const auto pixel = static_cast<uint32_t>(p);
-      const auto column = static_cast<int>(p % image_.cols);
-      const auto row = static_cast<int>(p / image_.cols);
-      if (squares_only && !squares.Judge(column, row)) continue;
-      scores->push_back({view, pixel, static_cast<float>(fields_.Of(p)[PixelFields<T>::kCost]),
-                         static_cast<float>(fields_.weight[p])});
+    const int across = (image_.cols + kCellPx - 1) / kCellPx;
+    for (int first_row = 0; first_row < image_.rows; first_row += kCellPx) {
+      std::vector<CellScore> cells(across, CellScore{view});
+      for (int row = first_row; row < std::min(first_row + kCellPx, image_.rows); ++row) {
+        for (int column = 0; column < image_.cols; ++column) {
+          if (squares_only && !squares.Judge(column, row)) continue;
+          const size_t p = static_cast<size_t>(row) * image_.cols + column;
+          CellScore& cell = cells[column / kCellPx];
+          cell.cost += static_cast<float>(fields_.Of(p)[PixelFields<T>::kCost]);
+          cell.weight += static_cast<float>(fields_.weight[p]);
+        }
+      }
+      for (int k = 0; k < across; ++k) {
+        if (!(cells[k].weight > 0)) continue;
+        cells[k].cell = static_cast<uint32_t>(first_row / kCellPx * across + k);
+        scores->push_back(cells[k]);
+      }
     }
   }
 

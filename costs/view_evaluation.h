@@ -22,10 +22,11 @@ struct FacetScore {
   double weight = 0;  // sum of omega
 };
 
-// The same of one pixel of a reference view.
-struct PixelScore {
+// The same of a square of kCellPx x kCellPx pixels of a reference view.
+constexpr int kCellPx = 4;
+struct CellScore {
   int view = 0;
-  uint32_t pixel = 0;  // row-major
+  uint32_t cell = 0;  // row-major
   float cost = 0;
   float weight = 0;  // above 0
 };
@@ -45,12 +46,12 @@ class ViewEvaluation {
     const std::vector<Camera>* cameras = nullptr;  // of all views
   };
   struct Output {
-    CornerSumsList sums;                              // of corner c of facet f at 3 f + c
-    std::vector<FacetScore>* scores = nullptr;        // per facet; null = not wanted
-    std::vector<PixelScore>* pixel_scores = nullptr;  // likewise; appended, ascending by pixel
-    CameraSums* cameras = nullptr;                    // null = not wanted; else with derivatives
-    PairRows* pair_rows = nullptr;                    // likewise, beside these
-    int64_t windows = 0;                              // that counted
+    CornerSumsList sums;                            // of corner c of facet f at 3 f + c
+    std::vector<FacetScore>* scores = nullptr;      // per facet; null = not wanted
+    std::vector<CellScore>* cell_scores = nullptr;  // likewise; appended, ascending by cell
+    CameraSums* cameras = nullptr;                  // null = not wanted; else with derivatives
+    PairRows* pair_rows = nullptr;                  // likewise, beside these
+    int64_t windows = 0;                            // that counted
   };
 
   virtual ~ViewEvaluation() = default;

@@ -36,8 +36,9 @@ void Level::Remesh(RefinementState* state) {
   const Stopwatch watch;
   RemeshingOptions options = task_.options.surface;
   options.chord_px = std::ldexp(options.chord_px, 1 - state->remeshing);
-  RemeshState(mesh_, order, cameras, frozen_->domains, options, state);
+  const std::vector<double> lengths = WantedEdges(mesh_, cameras, frozen_->domains, options);
   frozen_.reset();
+  RemeshState(mesh_, order, lengths, state);
   LevelSummary& level = state->summary.levels.back();
   level.remeshed_faces = static_cast<int>(mesh_.faces.size());
   level.remesh_seconds = watch.Seconds();

@@ -33,9 +33,9 @@ inline Choices<SurfaceFacets> ChoicesOf(SurfaceFacets) {
 struct RemeshingOptions {
   SurfaceFacets remesh = SurfaceFacets::kNone;
   int rounds = 1;          // of the finest level, after it
-  double chord_px = 0.12;  // of EdgeLengthOptions
-  double min_edge_px = 4;
-  double max_edge_px = 12;
+  double chord_px = 0.08;  // of EdgeLengthOptions
+  double min_edge_px = 5;
+  double max_edge_px = 8;
   void Describe(OptionSet* set);
 };
 

@@ -6,9 +6,9 @@
 
 namespace burin {
 
-void RemeshState(const TriangleMesh& mesh, const MeshOrder& order,
-                 const std::vector<Camera>& cameras, const std::vector<ViewDomain>& domains,
-                 const RemeshingOptions& options, RefinementState* state) {
+std::vector<double> WantedEdges(const TriangleMesh& mesh, const std::vector<Camera>& cameras,
+                                const std::vector<ViewDomain>& domains,
+                                const RemeshingOptions& options) {
   std::vector<std::vector<char>> visible(mesh.faces.size(), std::vector<char>(cameras.size(), 0));
   for (size_t v = 0; v < cameras.size(); ++v) {
     for (const int f : domains[v].facet) visible[f][v] = 1;
@@ -17,8 +17,12 @@ void RemeshState(const TriangleMesh& mesh, const MeshOrder& order,
   lengths.chord_px = options.chord_px;
   lengths.min_px = std::min(options.min_edge_px, options.max_edge_px);
   lengths.max_px = options.max_edge_px;
-  Remeshed made = Remesh(mesh, EdgeLengths(mesh, PixelWidths(mesh, cameras, &visible), lengths),
-                         RemeshOptions());
+  return EdgeLengths(mesh, PixelWidths(mesh, cameras, &visible), lengths);
+}
+
+void RemeshState(const TriangleMesh& mesh, const MeshOrder& order,
+                 const std::vector<double>& edge_length, RefinementState* state) {
+  Remeshed made = Remesh(mesh, edge_length, RemeshOptions());
   std::vector<Eigen::Vector3d> input_position;
   std::vector<char> was_supported;
   for (const RemeshedVertex& on : made.on) {

@@ -12,11 +12,14 @@
 
 namespace burin {
 
-// `mesh` is the state's in the order `order`; the views of `cameras` see the facets that `domains` list. What it was goes to
-// state->remesh_start.
+// Wanted lengths of the edges at every vertex of `mesh`, whose facets the views of `cameras` see that `domains` list.
+std::vector<double> WantedEdges(const TriangleMesh& mesh, const std::vector<Camera>& cameras,
+                                const std::vector<ViewDomain>& domains,
+                                const RemeshingOptions& options);
+
+// `mesh` is the state's in the order `order`. What it was goes to state->remesh_start.
 void RemeshState(const TriangleMesh& mesh, const MeshOrder& order,
-                 const std::vector<Camera>& cameras, const std::vector<ViewDomain>& domains,
-                 const RemeshingOptions& options, RefinementState* state);
+                 const std::vector<double>& edge_length, RefinementState* state);
 
 // The state's mesh as it was.
 void UndoRemeshing(RefinementState* state);
