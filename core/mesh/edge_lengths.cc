@@ -166,16 +166,16 @@ std::vector<double> EdgeLengths(const TriangleMesh& mesh, const std::vector<doub
   const double max_turn = options.max_turn_deg * M_PI / 180;
   std::vector<double> length(pixel_width.size());
   std::vector<double> curvature(pixel_width.size(), 0.0);
-  if (options.chord_px > 0) curvature = MaxCurvatures(mesh, options.smoothing_rounds);
+  if (options.chord_px > 0 || options.max_turn_deg > 0) curvature = MaxCurvatures(mesh, options.smoothing_rounds);
   for (size_t v = 0; v < length.size(); ++v) {
     const double pixel = pixel_width[v];
     CHECK_GT(pixel, 0);
     double px = options.max_px;
     const double bend = curvature[v] * pixel;  // 1/px
-    if (bend > 0) {
+    if (bend > 0 && options.chord_px > 0) {
       px = std::clamp(std::sqrt(8 * options.chord_px / bend), options.min_px, options.max_px);
-      px = std::min(px, std::max(options.floor_px, max_turn / bend));
     }
+    if (bend > 0 && max_turn > 0) px = std::min(px, std::max(options.floor_px, max_turn / bend));
     length[v] = px * pixel;
   }
   const Adjacency faces = VertexFaces(mesh);

@@ -16,7 +16,7 @@ struct EdgeLengthOptions {
   double min_px = 4;
   double max_px = 12;
   // An edge spans no more than this much of a bend, whatever min_px says, so that a rod of a pixel's radius stays
-  // round; but no length is below floor_px.
+  // round; but no length is below floor_px. 0: any.
   double max_turn_deg = 60;
   double floor_px = 1;
   // Lengths grow by no more than this much a unit of length along the surface.

@@ -18,14 +18,19 @@ constexpr double kTooLong = 4.0 / 3;
 constexpr double kTooShort = 4.0 / 5;
 constexpr int kMaxPasses = 8;
 constexpr double kWorthAPass = 0.1;  // share of the short edges that the pass before could collapse
-// A facet that a collapse changes has at least this quality, and turns by no more than this (cosine), unless it was worse.
+// A facet that a collapse changes has at least this quality, and turns by no more than this (cosine), unless it was
+// worse.
 constexpr double kLeastQuality = 0.2;
 constexpr double kLeastTurn = 0.7;
 constexpr double kNoNormal = 0.05;  // quality of a facet whose normal says nothing
-// Of the wanted length: how far a vertex of the border may be off the chord that replaces it; and what the surface may move for the middle to be
-// preferred.
+// Of the wanted length: how far a vertex of the border may be off the chord that replaces it; how far a vertex may leave
+// the planes of its facets, or else by how much of the way that it goes: across a sharp edge it does not go.
 constexpr double kBorderTolerance = 0.08;
 constexpr double kSurfaceTolerance = 0.04;
+constexpr double kSteep = 0.6;
+// The middle of an edge is left for one of its ends where the surface moves by this much more.
+constexpr double kClearlyBetter = 2;
+constexpr double kNothing = 0.002;  // of the wanted length
 
 // Edges by a key, ascending.
 using Queue = std::vector<std::pair<double, EdgeHandle>>;
@@ -44,19 +49,20 @@ class Collapser {
     const HalfedgeHandle h = state_.half_edges().halfedge_handle(edge, 0);
     const RemeshVertex& from = state_[state_.From(h)];
     const RemeshVertex& to = state_[state_.To(h)];
-    // Where the ends face apart the surface is a rod or a rim: as thin as it may become.
-    if (from.normal.dot(to.normal) < 0) return false;
     if (!MayGo(h)) return MayGo(Opposite(h)) && CollapseTo(Opposite(h), from);
     if (!MayGo(Opposite(h))) return CollapseTo(h, to);
     if (from.border >= 0) return CollapseTo(h, to) || CollapseTo(Opposite(h), from);
     const RemeshVertex middle = state_.OnSurfaceAt(0.5 * (from.position + to.position), from);
     const double middle_error = Error(h, middle.position);
-    const bool prefers_middle = middle_error <= kSurfaceTolerance * state_.WantedLength(h);
+    const double errors[2] = {Error(h, from.position), Error(h, to.position)};
+    const bool prefers_middle = middle_error <= kSurfaceTolerance * state_.WantedLength(h) &&
+                                middle_error <= kClearlyBetter * std::min(errors[0], errors[1]) +
+                                                    kNothing * state_.WantedLength(h);
     if (prefers_middle && CollapseTo(h, middle)) return true;
-    const bool from_first = Error(h, from.position) < Error(h, to.position);
     const auto to_end = [&](bool keep_from) {
       return keep_from ? CollapseTo(Opposite(h), from) : CollapseTo(h, to);
     };
+    const bool from_first = errors[0] < errors[1];
     return to_end(from_first) || to_end(!from_first) || (!prefers_middle && CollapseTo(h, middle));
   }
 
@@ -105,6 +111,8 @@ class Collapser {
 
   bool KeepsShape(VertexHandle v, VertexHandle other, const RemeshVertex& target) const {
     bool good = true;
+    const Eigen::Vector3d move = target.position - state_[v].position;
+    const double most = std::max(kSurfaceTolerance * target.length, kSteep * move.norm());
     state_.ForFacets(v, [&](HalfedgeHandle side) {
       const VertexHandle x = state_.To(side);
       const VertexHandle y = state_.Opposite(side);
@@ -126,6 +134,11 @@ class Collapser {
       const bool turns =
           old_normal.dot(new_normal) < kLeastTurn * old_normal.norm() * new_normal.norm();
       const FacetFit after = FitOf(target, b, c);
+      const Eigen::Vector3d on = (b.position - a.position).cross(c.position - a.position);
+      if (std::abs(on.dot(move)) > most * on.norm() && FitOf(a, b, c).quality > kLeastQuality) {
+        good = false;
+        return;
+      }
       if (!turns && after.quality >= kLeastQuality && after.facing >= FacetFit::kLeastFacing)
         return;
       const FacetFit before = FitOf(a, b, c);

@@ -133,7 +133,7 @@ class Flipper {
   }
 
   double OffSurface(const RemeshVertex& a, const RemeshVertex& b) const {
-    return state_.DistanceToSurface(0.5 * (a.position + b.position), a.facet);
+    return state_.DistanceToSurface(0.5 * (a.position + b.position), a);
   }
 
   // Sum of squares, if a-b became c-d.

@@ -16,7 +16,7 @@ using OpenMesh::VertexHandle;
 
 constexpr int kGrain = 1024;
 // A direction in which planes (or lines) hold less than this, of the best held, is free.
-constexpr double kHeld = 0.2;
+constexpr double kHeld = 0.07;
 // Of the wanted length: how far a vertex goes in one step, and the farthest that a sample of a facet may be off the
 // input.
 constexpr double kMaxStep = 0.5;
@@ -46,11 +46,12 @@ struct Quadric {
     const Eigen::Matrix3d& axes = solver.eigenvectors();
     const Eigen::Vector3d held = axes.transpose() * vector / weight;
     const Eigen::Vector3d free = axes.transpose() * step;
-    const double bound = kHeld * solver.eigenvalues()[2];
+    const double bound = std::pow(kHeld * solver.eigenvalues()[2], 4);
     Eigen::Vector3d result;
     for (int k = 0; k < 3; ++k) {
       const double value = std::max(0.0, solver.eigenvalues()[k]);
-      result[k] = (value * held[k] + bound * bound * free[k]) / (value * value + bound * bound);
+      const double hold = value * value * value;
+      result[k] = (hold * held[k] + bound * free[k]) / (hold * value + bound);
     }
     return axes * result;
   }
@@ -107,7 +108,8 @@ class Relaxer {
       Eigen::Vector3d sample = Eigen::Vector3d::Zero();
       for (int c = 0; c < 3; ++c) sample += weights[c] * corners[c]->position;
       int facet = corners[nearest]->facet;
-      const TrianglePoint at = state_.walk().Find(sample, &facet);
+      const TrianglePoint at =
+          state_.walk().Find(sample, RemeshState::Far(corners[nearest]->length), &facet);
       const double bound = kMaxOff * corners[nearest]->length;
       const Eigen::Vector3d plane = FaceAreaNormal(state_.walk().mesh(), facet);
       const double area = plane.norm();
@@ -147,7 +149,13 @@ class Relaxer {
       middle += facet_weight / 3 * (u + w);
       normal += area_normal;
       weight += facet_weight;
-      if (on_ == RelaxOn::kSurface) return;
+      if (on_ == RelaxOn::kSurface) {  // the facets' own planes hold the vertex where it is
+        const double area = area_normal.norm();
+        if (area > 0)
+          planes.Add(area, area_normal * area_normal.transpose() / (area * area),
+                     Eigen::Vector3d::Zero());
+        return;
+      }
       const Quadric& of_facet = planes_[side.idx()];
       planes.matrix += of_facet.matrix;
       planes.vector += of_facet.vector;
@@ -157,7 +165,7 @@ class Relaxer {
     if (weight > 0) step = middle / weight;
     const double squared_length = normal.squaredNorm();
     if (squared_length > 0) step -= normal * (normal.dot(step) / squared_length);
-    return on_ == RelaxOn::kSurface ? step : planes.Step(step);
+    return planes.Step(step);
   }
 
   Eigen::Vector3d StepAlongBorder(VertexHandle v) const {
@@ -167,9 +175,14 @@ class Relaxer {
         state_.Position(state_.To(next)) - vertex.position,
         state_.Position(state_.From(mesh_.prev_halfedge_handle(next))) - vertex.position};
     const Eigen::Vector3d step = 0.5 * (ends[0] + ends[1]);
-    if (on_ == RelaxOn::kSurface) return step;
     Quadric lines;
     for (const Eigen::Vector3d& end : ends) {
+      if (on_ == RelaxOn::kSurface) {  // as above
+        const Eigen::Vector3d direction = end.normalized();
+        lines.Add(end.norm(), Eigen::Matrix3d::Identity() - direction * direction.transpose(),
+                  Eigen::Vector3d::Zero());
+        continue;
+      }
       for (const double t : {0.125, 0.375, 0.625, 0.875}) {
         const Eigen::Vector3d sample = vertex.position + t * end;
         int stretch = vertex.border;

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "core/mesh/manifold_cut.h"
@@ -148,7 +149,7 @@ RemeshState::VertexHandle RemeshState::Add(const RemeshVertex& vertex) {
 
 RemeshVertex RemeshState::At(const Eigen::Vector3d& position, const RemeshVertex& near) const {
   RemeshVertex vertex = near;
-  const TrianglePoint at = walk_.Find(position, &vertex.facet);
+  const TrianglePoint at = walk_.Find(position, Far(near.length), &vertex.facet);
   vertex.position = position;
   ReadInput(at, &vertex);
   if (vertex.border >= 0) OnBorder(position, &vertex.border);
@@ -175,14 +176,16 @@ RemeshVertex RemeshState::OnSurfaceAt(const Eigen::Vector3d& position,
     return At(OnBorder(position, &stretch), near);
   }
   RemeshVertex vertex = near;
-  const TrianglePoint at = walk_.Find(position, &vertex.facet);
+  const TrianglePoint at = walk_.Find(position, Far(near.length), &vertex.facet);
   vertex.position = at.point;
   ReadInput(at, &vertex);
   return vertex;
 }
 
-double RemeshState::DistanceToSurface(const Eigen::Vector3d& position, int facet) const {
-  return std::sqrt(walk_.Find(position, &facet).squared_distance);
+double RemeshState::DistanceToSurface(const Eigen::Vector3d& position,
+                                      const RemeshVertex& near) const {
+  int facet = near.facet;
+  return std::sqrt(walk_.Find(position, Far(near.length), &facet).squared_distance);
 }
 
 Eigen::Vector3d RemeshState::OnBorder(const Eigen::Vector3d& position, int* stretch) const {
@@ -259,7 +262,8 @@ Remeshed RemeshState::Take() const {
   ParallelFor(static_cast<int>(result.on.size()), kVertexGrain, [&](int begin, int end) {
     for (int v = begin; v < end; ++v) {
       RemeshedVertex& on = result.on[v];
-      const TrianglePoint at = walk_.Find(result.mesh.vertices[v], &on.facet);
+      const TrianglePoint at =
+          walk_.Find(result.mesh.vertices[v], std::numeric_limits<double>::infinity(), &on.facet);
       on.weights = walk_.Weights(on.facet, at);
     }
   });

@@ -67,7 +67,9 @@ class RemeshState {
   RemeshVertex At(const Eigen::Vector3d& position, const RemeshVertex& near) const;
   // The same, put onto the surface; where near.border is set, onto the border.
   RemeshVertex OnSurfaceAt(const Eigen::Vector3d& position, const RemeshVertex& near) const;
-  double DistanceToSurface(const Eigen::Vector3d& position, int facet) const;
+  double DistanceToSurface(const Eigen::Vector3d& position, const RemeshVertex& near) const;
+  // The `far` of SurfaceWalk::Find where edges of this length are wanted.
+  static double Far(double length) { return 0.1 * length; }
   // Nearest point of the input's border; *stretch is where to start and where it is.
   Eigen::Vector3d OnBorder(const Eigen::Vector3d& position, int* stretch) const;
   Eigen::Vector3d BorderDirection(int stretch) const;  // unit; zero for a stretch without length

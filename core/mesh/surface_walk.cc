@@ -8,6 +8,8 @@ namespace burin {
 namespace {
 
 constexpr int kFacetGrain = 2048;
+// A squared distance, in squares of the facet's size.
+constexpr double kFarOff = 0.06;
 
 bool HasVertex(const Eigen::Vector3i& face, int v) {
   return face[0] == v || face[1] == v || face[2] == v;
@@ -39,10 +41,10 @@ TrianglePoint SurfaceWalk::Closest(const Eigen::Vector3d& query, int facet) cons
   return ClosestOnTriangle(query, corners);
 }
 
-TrianglePoint SurfaceWalk::Find(const Eigen::Vector3d& query, int* facet) const {
+TrianglePoint SurfaceWalk::Find(const Eigen::Vector3d& query, double far, int* facet) const {
   TrianglePoint best = Closest(query, *facet);
   for (;;) {
-    if (best.feature == TriangleFeature::kFace) return best;
+    const Eigen::Vector3i face = mesh_.faces[*facet];
     int next = -1;
     const auto look_at = [&](int f) {
       const TrianglePoint point = Closest(query, f);
@@ -50,12 +52,18 @@ TrianglePoint SurfaceWalk::Find(const Eigen::Vector3d& query, int* facet) const 
       best = point;
       next = f;
     };
+    const auto look_around = [&](int corner) {
+      std::for_each(vertex_faces_.Begin(corner), vertex_faces_.End(corner), look_at);
+    };
     if (best.feature == TriangleFeature::kEdge) {
       const int other = across_[*facet][best.which];
       if (other >= 0) look_at(other);
-    } else {
-      const int corner = mesh_.faces[*facet][best.which];
-      std::for_each(vertex_faces_.Begin(corner), vertex_faces_.End(corner), look_at);
+    } else if (best.feature == TriangleFeature::kCorner) {
+      look_around(face[best.which]);
+    }
+    if (next < 0 && best.squared_distance >
+                        std::min(far * far, kFarOff * FaceAreaNormal(mesh_, *facet).norm())) {
+      for (const int corner : face) look_around(corner);
     }
     if (next < 0) return best;
     *facet = next;

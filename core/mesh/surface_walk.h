@@ -21,8 +21,10 @@ class SurfaceWalk {
   const TriangleMesh& mesh() const { return mesh_; }
   const Adjacency& vertex_faces() const { return vertex_faces_; }
 
-  // Starts at *facet, which becomes the facet of the answer.
-  TrianglePoint Find(const Eigen::Vector3d& query, int* facet) const;
+  // Starts at *facet, which becomes the facet of the answer. An answer that is farther than `far`, or than a quarter of
+  // the facet's size, is doubted (beside a sharp edge one side may be far and the other near): then all
+  // facets around are looked at, too.
+  TrianglePoint Find(const Eigen::Vector3d& query, double far, int* facet) const;
 
   // The point as weights of the facet's corners: not negative, with sum 1.
   Eigen::Vector3d Weights(int facet, const TrianglePoint& at) const;
