@@ -153,6 +153,9 @@ TEST(FacetLabels, WhatIsLeftNeverTouchesItselfAtAVertex) {
       });
     }));
     ASSERT_GT(Count(cut), 100);
+    for (const std::vector<int>& hole : FacetPatches(FacetNeighbors(Sheet()), cut)) {
+      EXPECT_GE(18 * static_cast<double>(hole.size()), kLeastPatchPx);
+    }
     std::vector<int> vertices;
     const TriangleMesh left = WithoutFacets(Sheet(), cut, &vertices);
     const Adjacency faces = VertexFaces(left);

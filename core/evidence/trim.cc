@@ -37,8 +37,8 @@ void Diffuse(const Adjacency& neighbors, std::vector<float>* values) {
           ++count;
         };
         add(f);
-        std::for_each(neighbors.Begin(f), neighbors.End(f), add);
-        next[f] = sum / count;
+        if (count > 0) std::for_each(neighbors.Begin(f), neighbors.End(f), add);
+        next[f] = sum / count;  // not a number where it was none
       }
     });
     std::swap(*values, next);
