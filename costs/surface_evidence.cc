@@ -23,10 +23,12 @@ cv::Mat1f DistanceOutside(const cv::Mat& mask) {
   return distance;
 }
 
-// Distances of a view's pixels to depth steps, at most the picture's diagonal.
+// Where the depth steps of a view are not.
 struct StepsOfView {
-  cv::Mat1f any;       // kStepPx from pixel to pixel
-  cv::Mat1f off_step;  // those that the facets' planes do not predict (costs/step_band.h)
+  cv::Mat1f distance;  // of each pixel to one, at most the picture's diagonal
+  cv::Mat1b clear;     // 255 where it is kClearPx or more
+  cv::Mat1b
+      off_step;  // likewise, of the steps that the facets' planes do not predict (costs/step_band.h)
 };
 
 StepsOfView FindSteps(const FrozenSurface& surface, size_t view) {
@@ -34,12 +36,13 @@ StepsOfView FindSteps(const FrozenSurface& surface, size_t view) {
   const Camera& camera = surface.views[view].camera;
   const std::vector<uint8_t> open = OpenBorderPixels(domain, surface.mesh, surface.boundary);
   DepthPlanes planes = MakeDepthPlanes(domain, surface.mesh, camera, /*ray_lengths=*/false);
-  const double diagonal = std::hypot(camera.width, camera.height);
   StepsOfView steps;
-  steps.off_step = cv::min(StepDistances(planes, open, kStepPx), diagonal);
+  steps.off_step = StepDistances(planes, open, kStepPx) >= kClearPx;
   std::fill(planes.slope_x.begin(), planes.slope_x.end(), 0.0F);
   std::fill(planes.slope_y.begin(), planes.slope_y.end(), 0.0F);
-  steps.any = cv::min(StepDistances(planes, open, kStepPx), diagonal);
+  steps.distance =
+      cv::min(StepDistances(planes, open, kStepPx), std::hypot(camera.width, camera.height));
+  steps.clear = steps.distance >= kClearPx;
   return steps;
 }
 
@@ -63,29 +66,31 @@ void CountPixels(const TriangleMesh& mesh, const LevelView& view,
   }
 }
 
+// What pairs of one view see of a facet: bits of up to eight partners.
+struct SeenBits {
+  unsigned any = 0;
+  unsigned clear = 0;
+  unsigned off_step = 0;
+};
+
+SeenBits UniteBits(const PixelRange& pixels, const uint8_t* partners, const StepsOfView& steps) {
+  SeenBits seen;
+  for (const ImagePixel pixel : pixels) {
+    const unsigned bits = partners[pixel.index];
+    seen.any |= bits;
+    seen.clear |= bits & steps.clear.data[pixel.index];
+    seen.off_step |= bits & steps.off_step.data[pixel.index];
+  }
+  return seen;
+}
+
 // Counts the view's pairs by facet.
 void CountPairs(const FrozenSurface& surface, size_t view, const StepsOfView& steps,
                 std::vector<FacetEvidence>* facets) {
   const ViewDomain& domain = surface.domains[view];
   const TriangleMesh& mesh = surface.mesh;
   ParallelFor(static_cast<int>(domain.facet.size()), kFacetGrain, [&](int begin, int end) {
-    PartnerBits any(domain.seconds.size(), 1);
-    PartnerBits clear(domain.seconds.size(), 1);
-    PartnerBits off_step(domain.seconds.size(), 1);
     for (int k = begin; k < end; ++k) {
-      any.ClearAll(0);
-      clear.ClearAll(0);
-      off_step.ClearAll(0);
-      for (const ImagePixel pixel : domain.PixelsOf(k)) {
-        any.Unite(0, domain.second_visible, pixel.index, 1);
-        if (steps.off_step(pixel.row, pixel.column) >= kClearPx) {
-          off_step.Unite(0, domain.second_visible, pixel.index, 1);
-        }
-        if (steps.any(pixel.row, pixel.column) >= kClearPx) {
-          clear.Unite(0, domain.second_visible, pixel.index, 1);
-        }
-      }
-      if (any.Count(0) == 0) continue;
       const int f = domain.facet[k];
       const Eigen::Vector3i& face = mesh.faces[f];
       const Eigen::Vector3d normal = FaceAreaNormal(mesh, f).normalized();
@@ -95,13 +100,17 @@ void CountPairs(const FrozenSurface& surface, size_t view, const StepsOfView& st
         return normal.dot((surface.views[of].camera.Center() - middle).normalized());
       };
       FacetEvidence& facet = (*facets)[f];
-      facet.pairs += any.Count(0);
-      facet.clear_pairs += clear.Count(0);
-      facet.off_step_pairs += off_step.Count(0);
-      for (size_t b = 0; b < domain.seconds.size(); ++b) {
-        if (!any.Test(b, 0)) continue;
-        const double smaller = std::min(cosine(view), cosine(domain.seconds[b]));
-        facet.cosine = std::max(facet.cosine, static_cast<float>(smaller));
+      for (size_t first = 0; first < domain.seconds.size(); first += 8) {
+        const SeenBits seen =
+            UniteBits(domain.PixelsOf(k), domain.second_visible.Of(first).bytes, steps);
+        facet.pairs += __builtin_popcount(seen.any);
+        facet.clear_pairs += __builtin_popcount(seen.clear);
+        facet.off_step_pairs += __builtin_popcount(seen.off_step);
+        for (size_t b = first; b < std::min(first + 8, domain.seconds.size()); ++b) {
+          if ((seen.any >> (b - first) & 1U) == 0) continue;
+          const double smaller = std::min(cosine(view), cosine(domain.seconds[b]));
+          facet.cosine = std::max(facet.cosine, static_cast<float>(smaller));
+        }
       }
     }
   });
@@ -148,7 +157,7 @@ SurfaceEvidence MeasureSurfaceEvidence(const FrozenSurface& surface) {
     CountPixels(surface.mesh, view, &evidence.facets);
     const StepsOfView steps = FindSteps(surface, i);
     CountPairs(surface, i, steps, &evidence.facets);
-    LookAtVertices(surface, i, steps.any, normals, &evidence);
+    LookAtVertices(surface, i, steps.distance, normals, &evidence);
   }
   return evidence;
 }

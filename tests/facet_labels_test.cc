@@ -144,6 +144,7 @@ TEST(FacetLabels, WhatIsLeftNeverTouchesItselfAtAVertex) {
   for (int seed = 1; seed <= 5; ++seed) {
     test::Random random(seed);
     std::vector<Eigen::Vector2d> middles;
+    middles.reserve(40);
     for (int k = 0; k < 40; ++k) {
       middles.emplace_back(180 + 180 * random.Uniform(), 180 + 180 * random.Uniform());
     }
@@ -153,6 +154,9 @@ TEST(FacetLabels, WhatIsLeftNeverTouchesItselfAtAVertex) {
       });
     }));
     ASSERT_GT(Count(cut), 100);
+    for (const std::vector<int>& hole : FacetPatches(FacetNeighbors(Sheet()), cut)) {
+      EXPECT_GE(18 * static_cast<double>(hole.size()), kLeastPatchPx);
+    }
     std::vector<int> vertices;
     const TriangleMesh left = WithoutFacets(Sheet(), cut, &vertices);
     const Adjacency faces = VertexFaces(left);

@@ -174,7 +174,9 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
     observers.on_end = [&](const RefinementEnd& end) {
       const VertexQuality quality =
           MeasureVertexQuality(*end.mesh, &photometric.RoundOf(*end.terms));
+      const Stopwatch surface_watch;
       SurfaceQuality surface = MeasureSurface(end, quality, checked.surface.trim);
+      result.surface_seconds = surface_watch.Seconds();
       result.quality = std::move(surface.scalars);
       reasons = std::move(surface.reasons);
       result.closing =
@@ -198,8 +200,10 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
   // A mesh that is handed back is as it was given.
   if (checked.surface.trim != SurfaceTrim::kNone && result.closing.has_value() &&
       result.closing->moved) {
+    const Stopwatch trim_watch;
     result.trimming =
         TrimSurface(checked.surface.trim, std::move(reasons), &result.mesh, &result.quality);
+    result.surface_seconds += trim_watch.Seconds();
   }
   return result;
 }

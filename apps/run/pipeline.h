@@ -106,6 +106,7 @@ struct PipelineResult {
   FreeSpace free_space;                // of the mesh given; no patches with surface.free_space keep
   double selection_seconds = 0;
   double free_space_seconds = 0;
+  double surface_seconds = 0;  // what is known of the surface, and trimming
 
   const Scene& SeenOr(const Scene& scene) const { return seen != nullptr ? *seen : scene; }
 };

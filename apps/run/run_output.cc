@@ -195,10 +195,13 @@ nlohmann::ordered_json SummaryJson(const RunInputs& inputs, const PipelineOption
   json["levels"] = levels;
   json["iterations"] = iterations;
   json["evaluations"] = evaluations;
-  json["seconds"] = {
-      {"load", inputs.load_seconds},         {"pairs", result.selection_seconds},
-      {"verdict", inputs.verdict_seconds},   {"free_space", result.free_space_seconds},
-      {"refine", result.refinement.seconds}, {"total", total_seconds}};
+  json["seconds"] = {{"load", inputs.load_seconds},
+                     {"pairs", result.selection_seconds},
+                     {"verdict", inputs.verdict_seconds},
+                     {"free_space", result.free_space_seconds},
+                     {"refine", result.refinement.seconds},
+                     {"surface", result.surface_seconds},
+                     {"total", total_seconds}};
   json["instruction_set"] = KernelInstructionSet();
   json["threads"] = ThreadsFor(options.threads);
   json["peak_memory_mib"] = std::round(PeakMemoryMib());

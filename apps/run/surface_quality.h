@@ -18,7 +18,7 @@ struct SurfaceQuality {
   std::vector<CutReason> reasons;
 };
 
-SurfaceQuality MeasureSurface(const RefinementEnd& end, const VertexQuality& quality,
+SurfaceQuality MeasureSurface(const RefinementEnd& reached, const VertexQuality& quality,
                               SurfaceTrim rule);
 
 }  // namespace burin

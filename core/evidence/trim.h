@@ -8,7 +8,8 @@
 //   has a standard deviation above 3 px                                             uncertain
 //   has a correlation below 0                                                       disagrees
 //
-// the first that holds being its reason. `unseen` cuts what no pair sees.
+// the first that holds being its reason; standard deviation and correlation are those around it (ten steps of diffusion over
+// facets that share an edge). `unseen` cuts what no pair sees.
 //
 // Two kinds of surface are kept by `evidence` all the same:
 //
@@ -64,7 +65,7 @@ CutReason JudgeFacet(SurfaceTrim rule, const FacetEvidence& facet);
 
 // By facet of `mesh`. `area_px` are the facets' areas in square pixels.
 std::vector<CutReason> FacetsToCut(SurfaceTrim rule, const TriangleMesh& mesh,
-                                   const std::vector<FacetEvidence>& facets,
+                                   const std::vector<FacetEvidence>& measured,
                                    const std::vector<double>& area_px);
 
 }  // namespace burin

@@ -181,11 +181,12 @@ std::vector<std::vector<int>> FacetPatches(const Adjacency& neighbors,
 std::vector<char> SmoothedLabels(const TriangleMesh& mesh, const Adjacency& neighbors,
                                  const std::vector<double>& area_px, std::vector<char> cut) {
   Diffuse(neighbors, &cut);
-  DropSmallPatches(neighbors, area_px, kCut, &cut);
-  DropSmallPatches(neighbors, area_px, kKept, &cut);
   FillTeeth(neighbors, kCut, &cut);
   FillTeeth(neighbors, kKept, &cut);
+  DropSmallPatches(neighbors, area_px, kCut, &cut);
+  DropSmallPatches(neighbors, area_px, kKept, &cut);
   KeepAtPinches(mesh, VertexFaces(mesh), &cut);
+  DropSmallPatches(neighbors, area_px, kCut, &cut);  // that pinches have left
   return cut;
 }
 

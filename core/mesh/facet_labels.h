@@ -15,11 +15,11 @@ Adjacency FacetNeighbors(const TriangleMesh& mesh);
 std::vector<std::vector<int>> FacetPatches(const Adjacency& neighbors,
                                            const std::vector<char>& chosen);
 
-// `cut` is 1 for facets to be cut away. Four steps of diffusion over facets that share an edge, to the nearer label.
-// Then, in this order: patches of facets to be cut with less than kLeastPatchPx square pixels that border on others are
-// kept (holes); such patches of others that border on facets to be cut are cut (islands); single teeth of the rim are
-// filled; and where what is left touches itself at a vertex only, it is left whole there. `area_px`: square pixels by
-// facet; `neighbors`: FacetNeighbors(mesh).
+// `cut` is 1 for facets to be cut away. Four steps of diffusion over facets that share an edge, to the nearer label; single
+// teeth of the rim are filled. Then patches of facets to be cut with less than kLeastPatchPx square pixels that border on
+// others are kept (holes), and such patches of others that border on facets to be cut are cut (islands). Where what is left
+// would touch itself at a vertex only, it is left whole there. `area_px`: square pixels by facet; `neighbors`:
+// FacetNeighbors(mesh).
 constexpr double kLeastPatchPx = 200;
 std::vector<char> SmoothedLabels(const TriangleMesh& mesh, const Adjacency& neighbors,
                                  const std::vector<double>& area_px, std::vector<char> cut);
