@@ -261,6 +261,8 @@ void RefineCommand::Run() {
   parts.selection = &selection;
   parts.by_tracks = judged.by_tracks.has_value() ? &*judged.by_tracks : nullptr;
   parts.start = start.has_value() ? &*start : nullptr;
+  parts.tracks_hold_all = HoldsAllViews(checkpoint.cameras);
+  parts.on_small_levels = [&](const SmallLevels& small) { progress.Line(SmallLevelsText(small)); };
   parts.on_cameras = [&](const TrackStep& step) {
     for (const std::string& line : TrackStepText(step, scene)) progress.Line(line);
     checkpoint.cameras = JsonText(TrackStepJson(step, scene));

@@ -129,6 +129,7 @@ ordered_json TrackStepJson(const TrackStep& step, const Scene& scene) {
            {"after", RoundedOrNull(group.agreement.after)},
            {"standard_error", RoundedOrNull(group.agreement.standard_error)}}}});
   }
+  json["holds_all_views"] = step.HoldsAllViews();
   json["intrinsics"] = IntrinsicsJson(step, scene);
   json["seconds"] = step.seconds;
   json["views"] = ordered_json::array();
@@ -140,6 +141,17 @@ ordered_json TrackStepJson(const TrackStep& step, const Scene& scene) {
                              {"measurements", step.bundle.measured[v]}});
   }
   return json;
+}
+
+bool HoldsAllViews(const std::string& track_step_json) {
+  return !track_step_json.empty() &&
+         ordered_json::parse(track_step_json).at("holds_all_views").get<bool>();
+}
+
+std::string SmallLevelsText(const SmallLevels& small) {
+  return "cameras: no joint rounds where images are below " + std::to_string(kLeastJointSidePx) +
+         " px (level " + std::to_string(small.finest) + ": " + Fixed(small.side_px, 0) +
+         " px): tracks tell cameras better there";
 }
 
 ordered_json MovedJson(const Scene& scene, const TriangleMesh& mesh,
