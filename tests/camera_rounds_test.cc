@@ -5,10 +5,12 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "apps/run/cameras_output.h"
 #include "apps/run/pipeline.h"
 #include "core/scene/camera_similarity.h"
 #include "core/synthetic/synthetic.h"
@@ -93,7 +95,7 @@ TEST(CameraRounds, LeaveCamerasAloneUnlessAsked) {
 }
 
 TEST(CameraRounds, AreTheSameOnAnyNumberOfThreads) {
-  PipelineOptions options = Options(CameraSteps::kBoth);
+  PipelineOptions options = Options(CameraSteps::kJoint);
   options.threads = 1;
   const PipelineResult one = Refined(options);
   options.threads = 2;
@@ -102,23 +104,85 @@ TEST(CameraRounds, AreTheSameOnAnyNumberOfThreads) {
   EXPECT_TRUE(Same(one.refinement.cameras, two.refinement.cameras));
 }
 
+// Joint rounds, and tracks whose cameras small images leave alone.
 TEST(CameraRounds, ARunThatGoesOnComesToTheSameBytes) {
-  const PipelineOptions options = Options(CameraSteps::kBoth);
-  std::vector<std::vector<uint8_t>> states;
-  PipelineParts parts;
-  parts.observers.on_state = [&](const RefinementState& state) {
-    states.push_back(StateBytes(state));
-  };
-  const PipelineResult whole = Refined(options, parts);
-  ASSERT_GE(states.size(), 4U);
-  for (const size_t k : {size_t{0}, states.size() / 2, states.size() - 1}) {
-    const RefinementState start = StateFromBytes(states[k]);
-    PipelineParts rest;
-    rest.start = &start;
-    const PipelineResult result = Refined(options, rest);
-    EXPECT_EQ(result.mesh.vertices, whole.mesh.vertices) << k;
-    EXPECT_TRUE(Same(result.refinement.cameras, whole.refinement.cameras)) << k;
+  for (const CameraSteps steps : {CameraSteps::kJoint, CameraSteps::kBoth}) {
+    const PipelineOptions options = Options(steps);
+    std::vector<std::vector<uint8_t>> states;
+    PipelineParts parts;
+    parts.observers.on_state = [&](const RefinementState& state) {
+      states.push_back(StateBytes(state));
+    };
+    const PipelineResult whole = Refined(options, parts);
+    ASSERT_GE(states.size(), 4U);
+    for (const size_t k : {size_t{0}, states.size() / 2, states.size() - 1}) {
+      const RefinementState start = StateFromBytes(states[k]);
+      PipelineParts rest;
+      rest.start = &start;
+      rest.tracks_hold_all = whole.by_tracks.has_value() && whole.by_tracks->HoldsAllViews();
+      const PipelineResult result = Refined(options, rest);
+      EXPECT_EQ(result.mesh.vertices, whole.mesh.vertices) << k;
+      EXPECT_TRUE(Same(result.refinement.cameras, whole.refinement.cameras)) << k;
+    }
   }
+}
+
+// The program's way of telling a run that goes on: through the checkpoint's JSON.
+TEST(CameraRounds, SmallImagesLeaveCamerasOfTracksAlone) {
+  std::vector<std::string> lines;
+  PipelineParts parts;
+  parts.on_small_levels = [&](const SmallLevels& small) {
+    lines.push_back(SmallLevelsText(small));
+  };
+  parts.measure_quality = false;
+  SyntheticOptions size = test::SmallReliefOptions(5);
+  size.width = 480;
+  size.height = 360;
+  size.pose_noise_px = 1;
+  const SyntheticScene noisy = MakeSyntheticScene(size);
+  PipelineOptions options = Options(CameraSteps::kBoth);
+  options.refinement.level.finest = 1;
+  const PipelineResult result = RunPipeline(noisy.scene, noisy.init, options, parts);
+  ASSERT_TRUE(result.by_tracks.has_value());
+  ASSERT_TRUE(result.by_tracks->HoldsAllViews());
+  EXPECT_TRUE(Same(result.refinement.cameras, result.by_tracks->cameras));
+  EXPECT_EQ(lines, std::vector<std::string>{
+                       "cameras: no joint rounds where images are below 320 px (level 1: 240 px): "
+                       "tracks tell cameras better there"});
+  const Scene& scene = noisy.scene;
+  EXPECT_TRUE(HoldsAllViews(TrackStepJson(*result.by_tracks, scene).dump()));
+  EXPECT_FALSE(HoldsAllViews(""));
+  TrackStep other = *result.by_tracks;
+  other.groups[0].kept = false;
+  EXPECT_FALSE(HoldsAllViews(TrackStepJson(other, scene).dump()));
+  other.groups = {result.by_tracks->groups[0], result.by_tracks->groups[0]};
+  EXPECT_FALSE(other.HoldsAllViews());  // joint rounds tell how groups lie to each other
+  other.groups.pop_back();
+  other.groups[0].views.pop_back();
+  EXPECT_FALSE(other.HoldsAllViews());
+}
+
+TEST(CameraRounds, LargeImagesStay) {
+  SyntheticOptions size = test::SmallReliefOptions(4);
+  size.width = 640;
+  size.height = 480;
+  const SyntheticScene scene = MakeSyntheticScene(size);
+  const ViewLevels levels(scene.scene, scene.init, LevelOptions());
+  CamerasOptions options;
+  EXPECT_FALSE(LeaveOutSmallLevels(scene.scene, levels, 3, &options).Any());
+  EXPECT_TRUE(MovesCameras(options, 1, 0, 3));
+  options.coarsest_joint = 3;
+  options.finest_joint = 0;
+  const SmallLevels small = LeaveOutSmallLevels(scene.scene, levels, 2, &options);
+  EXPECT_EQ(small.finest, 2);
+  EXPECT_EQ(small.side_px, 160);
+  EXPECT_FALSE(MovesCameras(options, 2, 0, 3));
+  EXPECT_TRUE(MovesCameras(options, 1, 0, 3));
+  EXPECT_TRUE(MovesCameras(options, 0, 0, 3));
+  options = CamerasOptions();
+  options.coarsest_joint = options.finest_joint = 2;
+  EXPECT_TRUE(LeaveOutSmallLevels(scene.scene, levels, 2, &options).Any());
+  EXPECT_FALSE(options.Jointly());
 }
 
 TEST(CameraRounds, AnyStrategyComesWithThem) {

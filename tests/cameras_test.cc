@@ -66,6 +66,7 @@ TEST(Cameras, TracksThroughTheMeshTakeTheErrorAway) {
   const double before = Error(CamerasOf(Noisy().scene));
   const TrackStep step = Step(Noisy());
   EXPECT_TRUE(step.Kept()) << step.Reason();
+  EXPECT_EQ(TrackStepText(step, Noisy().scene).size(), 1U);
   const double after = Error(step.cameras);
   EXPECT_GT(before, 1);
   EXPECT_LT(after, 0.25 * before);
@@ -173,6 +174,13 @@ TEST(Cameras, GroupsWithoutCommonTracksHaveFramesOfTheirOwn) {
   EXPECT_EQ(step.groups[1].views, (std::vector<int>{5, 6, 7, 8}));
   EXPECT_EQ(step.cameras[4].rotation, Noisy().scene.views[4].camera.rotation);
   EXPECT_TRUE(std::isnan(step.moved_px[4]));
+  const std::vector<std::string> lines = TrackStepText(step, Noisy().scene);
+  ASSERT_EQ(lines.size(), 3U);
+  EXPECT_EQ(lines[1],
+            "cameras: 2 groups of views (view_000.png, view_001.png, view_002.png and 1 more | "
+            "view_005.png, view_006.png, view_007.png and 1 more): no tracks join them, so how "
+            "they lie to each other is only as given; the standard deviation is within the groups");
+  EXPECT_EQ(lines[2], "view_004.png: left as given, too few windows match through the mesh");
   const auto surface = SeenPoints(Noisy().init, Noisy().scene.views);
   for (const TrackGroup& group : step.groups) {
     EXPECT_TRUE(group.kept) << group.reason;

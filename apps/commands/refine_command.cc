@@ -15,6 +15,7 @@
 #include "apps/commands/command.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/refine_texts.h"
+#include "apps/run/cameras_folder.h"
 #include "apps/run/cameras_output.h"
 #include "apps/run/checkpoint.h"
 #include "apps/run/debug_images.h"
@@ -57,7 +58,7 @@ struct RefineCommand {
   std::vector<std::string> given;  // options of `set`, and --config, on the command line
   // Everything the command line would have given, from the checkpoint of --resume.
   void TakeFrom(const Checkpoint& checkpoint);
-  void RefuseToReplaceTheMesh(const std::filesystem::path& folder) const;
+  void RefuseToReplaceInputs(const std::filesystem::path& folder) const;
   Checkpoint FirstCheckpoint(const Scene& scene, const TriangleMesh& mesh) const;
   JudgedScene JudgeOrGoOn(const Scene& scene, const TriangleMesh& mesh,
                           Checkpoint* checkpoint) const;
@@ -165,6 +166,7 @@ void RefineCommand::HandBack(const JudgedScene& judged, const RunInputs& inputs,
   nlohmann::ordered_json summary = SummaryJson(inputs, options, result, seconds);
   summary["complete"] = true;
   WriteSurface(folder, result);
+  RemoveCameras(folder);
   WriteTextAtomically(folder / "trace.csv", TraceCsv({}));
   WriteTextAtomically(folder / "config.toml", ConfigText(set));
   WriteTextAtomically(folder / "summary.json", JsonText(summary));
@@ -174,19 +176,13 @@ void RefineCommand::HandBack(const JudgedScene& judged, const RunInputs& inputs,
                       " is the input mesh (verdict.action = warn refines it all the same)");
 }
 
-// An interrupted run needs the mesh that it began with.
-void RefineCommand::RefuseToReplaceTheMesh(const std::filesystem::path& folder) const {
+void RefineCommand::RefuseToReplaceInputs(const std::filesystem::path& folder) const {
   std::vector<std::filesystem::path> written = {folder / "refined.ply", folder / "whole.ply"};
-  for (int level = 0; level_meshes && level < 32; ++level)
+  for (int level = 0; level_meshes && level < 32; ++level) {
     written.push_back(LevelPath(folder, level));
-  for (const std::filesystem::path& file : written) {
-    std::error_code error;
-    if (std::filesystem::exists(file, error) &&
-        std::filesystem::equivalent(file, mesh_path, error)) {
-      throw InputError("--mesh: this run would write to " + file.string() +
-                       ": name another --output");
-    }
   }
+  RefuseToReplace("--mesh", mesh_path, written);
+  RefuseToReplace("the scene", source.scene, CamerasFolders(folder));
 }
 
 void RefineCommand::Run() {
@@ -208,7 +204,8 @@ void RefineCommand::Run() {
   const ThreadScope threads(options.threads);
   const OutputFolder output(output_path);
   const std::filesystem::path& folder = output.path();
-  RefuseToReplaceTheMesh(folder);
+  RefuseToReplaceInputs(folder);
+  if (options.refinement.cameras.refine != CameraUnknowns::kNone) CheckCamerasFolders(folder);
   MeshReport report;
   TriangleMesh mesh = ReadMesh(mesh_path, &report);
   RunInputs inputs;
@@ -264,6 +261,8 @@ void RefineCommand::Run() {
   parts.selection = &selection;
   parts.by_tracks = judged.by_tracks.has_value() ? &*judged.by_tracks : nullptr;
   parts.start = start.has_value() ? &*start : nullptr;
+  parts.tracks_hold_all = HoldsAllViews(checkpoint.cameras);
+  parts.on_small_levels = [&](const SmallLevels& small) { progress.Line(SmallLevelsText(small)); };
   parts.on_cameras = [&](const TrackStep& step) {
     for (const std::string& line : TrackStepText(step, scene)) progress.Line(line);
     checkpoint.cameras = JsonText(TrackStepJson(step, scene));
@@ -324,6 +323,8 @@ void RefineCommand::Run() {
   inputs.used = &scene;
   if (options.refinement.cameras.refine != CameraUnknowns::kNone) {
     std::cout << WriteCameras(result.SeenOr(scene), result.refinement.cameras, folder / "cameras");
+  } else {
+    RemoveCameras(folder);
   }
   nlohmann::ordered_json summary = SummaryJson(inputs, options, result, watch.Seconds());
   const int caught = signals.Caught();

@@ -48,6 +48,15 @@ std::vector<int> OutsideGroups(const TrackStep& step) {
   return outside;
 }
 
+// "a.jpg, b.jpg | c.jpg, d.jpg and 7 more"
+std::string GroupNames(const Scene& scene, const TrackStep& step) {
+  std::string text;
+  for (const TrackGroup& group : step.groups) {
+    text += (text.empty() ? "" : " | ") + NamesOf(scene, group.views);
+  }
+  return text;
+}
+
 double MedianError(const Scene& scene) {
   std::vector<double> errors;
   for (size_t p = 0; p < scene.points.size(); ++p) {
@@ -77,6 +86,12 @@ std::vector<std::string> TrackStepText(const TrackStep& step, const Scene& scene
   }
   if (!kept) line += ": left as given, " + step.Reason();
   std::vector<std::string> lines = {line};
+  if (step.groups.size() > 1) {
+    lines.push_back("cameras: " + std::to_string(step.groups.size()) + " groups of views (" +
+                    GroupNames(scene, step) +
+                    "): no tracks join them, so how they lie to each other is only as given; the "
+                    "standard deviation is within the groups");
+  }
   if (kept) {
     for (const TrackGroup& group : step.groups) {
       if (group.kept) continue;
@@ -129,6 +144,7 @@ ordered_json TrackStepJson(const TrackStep& step, const Scene& scene) {
            {"after", RoundedOrNull(group.agreement.after)},
            {"standard_error", RoundedOrNull(group.agreement.standard_error)}}}});
   }
+  json["holds_all_views"] = step.HoldsAllViews();
   json["intrinsics"] = IntrinsicsJson(step, scene);
   json["seconds"] = step.seconds;
   json["views"] = ordered_json::array();
@@ -140,6 +156,17 @@ ordered_json TrackStepJson(const TrackStep& step, const Scene& scene) {
                              {"measurements", step.bundle.measured[v]}});
   }
   return json;
+}
+
+bool HoldsAllViews(const std::string& track_step_json) {
+  return !track_step_json.empty() &&
+         ordered_json::parse(track_step_json).at("holds_all_views").get<bool>();
+}
+
+std::string SmallLevelsText(const SmallLevels& small) {
+  return "cameras: no joint rounds where images are below " + std::to_string(kLeastJointSidePx) +
+         " px (level " + std::to_string(small.finest) + ": " + Fixed(small.side_px, 0) +
+         " px): tracks tell cameras better there";
 }
 
 ordered_json MovedJson(const Scene& scene, const TriangleMesh& mesh,

@@ -8,6 +8,7 @@
 
 #include "core/cameras/track_step.h"
 #include "core/mesh/mesh.h"
+#include "core/refine/camera_rounds.h"
 #include "core/scene/scene.h"
 
 namespace burin {
@@ -17,6 +18,12 @@ std::vector<std::string> TrackStepText(const TrackStep& step, const Scene& scene
 
 // `cameras.tracks` of summary.json.
 nlohmann::ordered_json TrackStepJson(const TrackStep& step, const Scene& scene);
+
+// TrackStep::HoldsAllViews of the step that TrackStepJson() told of, as text; empty text: false.
+bool HoldsAllViews(const std::string& track_step_json);
+
+// A line for the log.
+std::string SmallLevelsText(const SmallLevels& small);
 
 // How far cameras moved from the scene's, by view: RMS of what the mesh's image moved, pixels.
 nlohmann::ordered_json MovedJson(const Scene& scene, const TriangleMesh& mesh,

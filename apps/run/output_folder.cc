@@ -49,4 +49,15 @@ void OutputFolder::RemoveEmpty() const {
   }
 }
 
+void RefuseToReplace(const std::string& named, const std::filesystem::path& input,
+                     const std::vector<std::filesystem::path>& written) {
+  for (const std::filesystem::path& path : written) {
+    std::error_code error;
+    if (std::filesystem::exists(path, error) && std::filesystem::equivalent(path, input, error)) {
+      throw InputError(named + ": this run would write to " + path.string() +
+                       ": name another --output");
+    }
+  }
+}
+
 }  // namespace burin

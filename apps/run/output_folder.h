@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace burin {
@@ -27,5 +28,10 @@ class OutputFolder {
   std::vector<std::filesystem::path> made_;  // innermost first
   int lock_ = -1;                            // descriptor of the folder, locked
 };
+
+// An interrupted run needs what it began with: throws InputError where one of `written` is `input`, which is `named`
+// so.
+void RefuseToReplace(const std::string& named, const std::filesystem::path& input,
+                     const std::vector<std::filesystem::path>& written);
 
 }  // namespace burin

@@ -144,6 +144,14 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
       AreCamerasOf(scene, refinement.cameras)) {
     cameras.refine = CameraUnknowns::kNone;
   }
+  if (cameras.ByTracks() && cameras.Jointly() &&
+      (result.by_tracks.has_value() ? result.by_tracks->HoldsAllViews() : parts.tracks_hold_all)) {
+    const ViewLevels levels(seen, mesh, checked.refinement.level);
+    const SmallLevels small = LeaveOutSmallLevels(
+        seen, levels, levels.Coarsest(result.selection.pairs, result.selection.held_back),
+        &cameras);
+    if (small.Any() && parts.on_small_levels) parts.on_small_levels(small);
+  }
   TriangleMesh without;  // patches in free space
   const TriangleMesh* refined = &mesh;
   if (checked.surface.free_space != FreeSpaceAction::kKeep) {

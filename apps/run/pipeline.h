@@ -15,6 +15,7 @@
 #include "core/evidence/free_space.h"
 #include "core/mesh/mesh.h"
 #include "core/mesh/mesh_io.h"
+#include "core/refine/camera_rounds.h"
 #include "core/refine/refinement.h"
 #include "core/scene/scene.h"
 #include "core/support/options.h"
@@ -117,10 +118,13 @@ struct PipelineParts {
   const PairSelection* selection = nullptr;  // what SelectPairs made, or pairs chosen otherwise
   const TrackStep* by_tracks = nullptr;      // what RefineByTracks made of the selection
   const RefinementState* start = nullptr;    // to go on from: see Refine()
+  bool tracks_hold_all = false;              // with `start`: TrackStep::HoldsAllViews of that run
   std::vector<EnergyTerm*> more_terms;       // added to the energy
   LevelJudge* judge = nullptr;               // in place of the one that guard.levels asks for
   std::function<RoundTrial(const FrozenRound&)> solve_round;  // see RefinementParts
   std::function<void(const TrackStep&)> on_cameras;           // before refining
+  // Before refining, where rounds that would move cameras leave them alone (core/refine/camera_rounds.h).
+  std::function<void(const SmallLevels&)> on_small_levels;
   std::function<void(const FreeSpace&)> on_free_space;  // before refining, where there is some
   bool measure_quality = true;                          // fill PipelineResult::quality and closing
 };

@@ -153,6 +153,10 @@ bool TrackStep::Kept() const {
                      [](const TrackGroup& group) { return group.kept; });
 }
 
+bool TrackStep::HoldsAllViews() const {
+  return groups.size() == 1 && groups[0].kept && groups[0].views.size() == cameras.size();
+}
+
 std::string TrackStep::Reason() const {
   return groups.empty() ? "too few windows match through the mesh" : groups.front().reason;
 }

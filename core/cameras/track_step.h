@@ -64,6 +64,8 @@ struct TrackStep {
 
   // New cameras of any group.
   bool Kept() const;
+  // One group of all views, and its new cameras.
+  bool HoldsAllViews() const;
   // Why not, of the largest group.
   std::string Reason() const;
 

@@ -166,7 +166,8 @@ std::vector<double> EdgeLengths(const TriangleMesh& mesh, const std::vector<doub
   const double max_turn = options.max_turn_deg * M_PI / 180;
   std::vector<double> length(pixel_width.size());
   std::vector<double> curvature(pixel_width.size(), 0.0);
-  if (options.chord_px > 0 || options.max_turn_deg > 0) curvature = MaxCurvatures(mesh, options.smoothing_rounds);
+  if (options.chord_px > 0 || options.max_turn_deg > 0)
+    curvature = MaxCurvatures(mesh, options.smoothing_rounds);
   for (size_t v = 0; v < length.size(); ++v) {
     const double pixel = pixel_width[v];
     CHECK_GT(pixel, 0);

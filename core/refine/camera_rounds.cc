@@ -1,5 +1,8 @@
 #include "core/refine/camera_rounds.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "core/scene/camera_similarity.h"
 
 namespace burin {
@@ -20,7 +23,35 @@ std::vector<std::vector<Eigen::Vector3d>> PointsOf(const RoundContext& context) 
   return points;
 }
 
+double LongestSide(const Scene& scene, const std::vector<ViewAtLevel>& views) {
+  double longest = 0;
+  for (size_t v = 0; v < views.size(); ++v) {
+    const Camera& camera = scene.views[v].camera;
+    if (!views[v].takes_part) continue;
+    longest =
+        std::max(longest, std::ldexp(std::max(camera.width, camera.height), -views[v].halvings));
+  }
+  return longest;
+}
+
 }  // namespace
+
+SmallLevels LeaveOutSmallLevels(const Scene& scene, const ViewLevels& levels, int first_level,
+                                CamerasOptions* options) {
+  SmallLevels small;
+  if (!options->Jointly()) return small;
+  int level = std::min(options->coarsest_joint, first_level);
+  for (; level >= options->finest_joint; --level) {
+    const double side = LongestSide(scene, levels.At(level));
+    if (side >= kLeastJointSidePx) break;
+    small.finest = level;
+    small.side_px = side;
+  }
+  if (!small.Any()) return small;
+  options->coarsest_joint = level;
+  if (level < options->finest_joint) options->steps = CameraSteps::kTracks;
+  return small;
+}
 
 bool MovesCameras(const CamerasOptions& options, int level, int round, int rounds) {
   return options.Jointly() && level <= options.coarsest_joint && level >= options.finest_joint &&
