@@ -108,18 +108,24 @@ def test_refine_is_the_program(folder, scene, mesh, tmp_path):
 
 
 def test_the_whole_mesh_stands_beside_the_trimmed_one(scene, mesh):
-    whole = burin.refine(scene, *mesh, burin.Options({**SMALL, "surface.trim": "none"}))
+    vertices, faces = mesh
+    # A second sheet, hidden behind the first.
+    middle = faces[numpy.abs(vertices[faces][:, :, :2]).max((1, 2)) < 0.6]
+    faces = numpy.concatenate([faces, middle + len(vertices)])
+    vertices = numpy.concatenate([vertices, vertices - [0, 0, 0.3]])
+    options = {**SMALL, "mesh.orient": "off"}
+    whole = burin.refine(scene, vertices, faces, burin.Options({**options, "surface.trim": "none"}))
     assert whole.whole is None and whole.summary["trim"] is None
-    trimmed = burin.refine(scene, *mesh, burin.Options({**SMALL, "surface.trim": "unseen"}))
+    trimmed = burin.refine(scene, vertices, faces, burin.Options({**options, "surface.trim": "unseen"}))
     assert numpy.array_equal(trimmed.whole["vertices"], whole.vertices)
     assert numpy.array_equal(trimmed.whole["faces"], whole.faces)
     for name, values in whole.quality.items():
         assert numpy.array_equal(trimmed.whole["quality"][name], values, equal_nan=True)
     kept = numpy.array(trimmed.whole["cut"]) == "none"
-    assert kept.sum() == len(trimmed.faces) < len(whole.faces)
+    assert 0 < kept.sum() == len(trimmed.faces) < len(whole.faces)
     # The facets that are left, in their order.
-    names = numpy.unique(whole.faces[kept])
-    assert numpy.array_equal(names[trimmed.faces], whole.faces[kept])
+    left = numpy.unique(whole.faces[kept])
+    assert numpy.array_equal(left[trimmed.faces], whole.faces[kept])
 
 
 def test_what_cannot_be_right_is_handed_back(tmp_path):
