@@ -116,6 +116,13 @@ TEST_F(CamerasFolderTest, AFileOfThatNameIsRefusedBeforeTheRun) {
   EXPECT_EQ(ReadAll(In("out/cameras")), "mine");
 }
 
+TEST_F(CamerasFolderTest, LevelsOfJointRoundsTheWrongWayRoundAreRefused) {
+  const std::vector<std::string> wrong = {"--cameras.coarsest_joint", "0", "--cameras.finest_joint",
+                                          "2"};
+  ExpectRefused(Refine(wrong),
+                {"cameras.coarsest_joint = 0: must be at least cameras.finest_joint, 2"});
+}
+
 TEST_F(CamerasFolderTest, TheSceneIsNotReplaced) {
   ASSERT_EQ(Run(Refine()).exit_code, 0);
   for (const char* scene : {"out/cameras", "out/cameras/sparse"}) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/run/cameras_output.h"
+#include "apps/run/intrinsics_output.h"
 #include "apps/run/pipeline.h"
 #include "core/cameras/pose_uncertainty.h"
 #include "core/cameras/track_step.h"
@@ -150,6 +151,12 @@ TEST(Cameras, WithoutPairsOrSurfaceTheyStay) {
   const TrackStep none = RefineByTracks(Exact().scene, Exact().init, {}, TrackRule::kNotWorse);
   EXPECT_FALSE(none.Kept());
   EXPECT_FALSE(none.Reason().empty());
+  Scene numbered = Exact().scene;
+  for (size_t v = 0; v < numbered.views.size(); ++v) numbered.views[v].origin.camera_id = v + 1;
+  const TrackStep held =
+      RefineByTracks(numbered, Exact().init, {}, TrackRule::kNotWorse, IntrinsicUnknowns::kLens);
+  ASSERT_EQ(held.bundle.shared.size(), numbered.views.size());
+  EXPECT_TRUE(IntrinsicsText(held, numbered).empty());
   TriangleMesh away = Exact().init;
   for (Eigen::Vector3d& vertex : away.vertices) vertex.z() += 1000;
   const std::vector<CameraPair> pairs = {{0, 1}, {1, 2}, {2, 1}, {1, 0}};
