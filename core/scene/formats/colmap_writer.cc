@@ -150,19 +150,32 @@ void AddObservation(const View& view, const Eigen::Vector2d& image_point, Colmap
   image->observations.push_back({image_point, point->id});
 }
 
-// Where its views see a point: as measured; by projection where the scene has no measurements.
+// Where its views see a point: as measured; by projection, with an error of 0, where the scene has no measurements.
 void AddObservations(const Scene& scene, size_t index, bool photographed, const ColmapFiles& files,
                      ColmapModel* model) {
   ColmapPoint& point = model->points[index];
-  const auto add = [&](int v, const Eigen::Vector2d& at) {
+  const auto written = [&](int v, const Eigen::Vector2d& at) {
     const View& view = scene.views[v];
-    AddObservation(view, photographed ? PhotographedAt(view.camera, view.origin.lens, at) : at,
-                   &model->images[v], &point);
+    return photographed ? PhotographedAt(view.camera, view.origin.lens, at) : at;
+  };
+  const auto add = [&](int v, const Eigen::Vector2d& at) {
+    AddObservation(scene.views[v], written(v, at), &model->images[v], &point);
   };
   if (!scene.tracks.IsEmpty()) {
+    double sum = 0;
+    int count = 0;
     for (const Measurement& measured : scene.tracks.Of(index)) {
-      add(measured.view, measured.image_point);
+      const int v = measured.view;
+      add(v, measured.image_point);
+      const Camera& camera = scene.views[v].camera;
+      if (camera.Depth(point.position) <= 0) continue;
+      const Eigen::Vector2d projection = written(v, camera.Project(point.position));
+      const double error = (projection - written(v, measured.image_point)).norm();
+      if (!std::isfinite(error)) continue;
+      sum += error;
+      ++count;
     }
+    if (count > 0) point.error = sum / count;
     return;
   }
   for (const int v : scene.points[index].views) {
