@@ -85,18 +85,26 @@ std::vector<double> ParametersOf(const View& view, const ColmapCameraModel& mode
   return parameters;
 }
 
-// The number of the camera of every view: views that shared one still do, unless a number is out of range or
-// has cameras that differ; then every view has its own.
+// The number of the camera of every view: views that shared one still do, with new numbers where one is out of
+// range. Every view has its own where one has no number, or a number has cameras that differ.
 std::vector<std::uint64_t> CameraNumbers(const std::vector<View>& views) {
   std::vector<std::uint64_t> numbers;
   std::map<std::uint64_t, const View*> first_of;
-  bool as_they_are = true;
+  std::map<std::uint64_t, std::uint64_t> counted;
+  bool shared = true;
+  bool in_range = true;
   for (const View& view : views) {
     const std::uint64_t id = numbers.emplace_back(view.origin.camera_id);
     const View* first = first_of.emplace(id, &view).first->second;
-    as_they_are = as_they_are && id >= 1 && id <= kMostId && HaveOneCamera(*first, view);
+    counted.emplace(id, counted.size() + 1);
+    shared = shared && id != kNoId && HaveOneCamera(*first, view);
+    in_range = in_range && id >= 1 && id <= kMostId;
   }
-  if (!as_they_are) std::iota(numbers.begin(), numbers.end(), 1);
+  if (!shared) {
+    std::iota(numbers.begin(), numbers.end(), 1);
+  } else if (!in_range) {
+    for (std::uint64_t& number : numbers) number = counted[number];
+  }
   return numbers;
 }
 
