@@ -4,9 +4,11 @@
 
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "core/mesh/mesh_io.h"
 #include "tests/program_test.h"
 
 namespace burin {
@@ -84,6 +86,27 @@ TEST_F(CamerasFolderTest, AMeshHandedBackComesWithoutCameras) {
   EXPECT_FALSE(fs::exists(In("out/cameras")));
 }
 
+// Tracks make better cameras than those given, and the mesh is beside the surface.
+TEST_F(CamerasFolderTest, CamerasThatAreHandedBackAreNotSaidToBeKept) {
+  const Outcome synth = Run({"synth", "--output", In("o"), "--synth.scene", "occluders",
+                             "--synth.views", "8", "--synth.width", "320", "--synth.height", "240",
+                             "--synth.pose_noise_px", "1", "--synth.truth_point_count", "1000"});
+  ASSERT_EQ(synth.exit_code, 0) << synth.err;
+  TriangleMesh mesh = ReadMesh(In("o/init.ply"));
+  for (Eigen::Vector3d& vertex : mesh.vertices) vertex.z() += 0.2;
+  WriteMesh(In("beside.ply"), mesh);
+  const Outcome back = Run({"refine", In("o"), "--mesh", In("beside.ply"), "--output", In("out")});
+  ASSERT_EQ(back.exit_code, 4) << back.err;
+  EXPECT_THAT(back.err, HasSubstr("would move by "));
+  EXPECT_THAT(back.err, HasSubstr("left as given, the input is handed back"));
+  const auto summary = nlohmann::json::parse(ReadAll(In("out/summary.json")));
+  const auto& tracks = summary["cameras"]["tracks"];
+  EXPECT_EQ(tracks["kept"], false);
+  EXPECT_EQ(tracks["reason"], "the input is handed back");
+  EXPECT_EQ(tracks["groups"][0]["kept"], false);
+  EXPECT_FALSE(fs::exists(In("out/cameras")));
+}
+
 TEST_F(CamerasFolderTest, AFileOfThatNameIsRefusedBeforeTheRun) {
   fs::create_directory(In("out"));
   Write("out/cameras", "mine");
@@ -91,6 +114,13 @@ TEST_F(CamerasFolderTest, AFileOfThatNameIsRefusedBeforeTheRun) {
   EXPECT_FALSE(fs::exists(In("out/refined.ply")));
   ASSERT_EQ(Run(Refine({"--cameras.refine", "none"})).exit_code, 0);
   EXPECT_EQ(ReadAll(In("out/cameras")), "mine");
+}
+
+TEST_F(CamerasFolderTest, LevelsOfJointRoundsTheWrongWayRoundAreRefused) {
+  const std::vector<std::string> wrong = {"--cameras.coarsest_joint", "0", "--cameras.finest_joint",
+                                          "2"};
+  ExpectRefused(Refine(wrong),
+                {"cameras.coarsest_joint = 0: must be at least cameras.finest_joint, 2"});
 }
 
 TEST_F(CamerasFolderTest, TheSceneIsNotReplaced) {

@@ -4,10 +4,13 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <sstream>
 #include <string>
 #include <vector>
 
 #include "apps/run/cameras_output.h"
+#include "apps/run/intrinsics_output.h"
 #include "apps/run/pipeline.h"
 #include "core/cameras/pose_uncertainty.h"
 #include "core/cameras/track_step.h"
@@ -150,6 +153,12 @@ TEST(Cameras, WithoutPairsOrSurfaceTheyStay) {
   const TrackStep none = RefineByTracks(Exact().scene, Exact().init, {}, TrackRule::kNotWorse);
   EXPECT_FALSE(none.Kept());
   EXPECT_FALSE(none.Reason().empty());
+  Scene numbered = Exact().scene;
+  for (size_t v = 0; v < numbered.views.size(); ++v) numbered.views[v].origin.camera_id = v + 1;
+  const TrackStep held =
+      RefineByTracks(numbered, Exact().init, {}, TrackRule::kNotWorse, IntrinsicUnknowns::kLens);
+  ASSERT_EQ(held.bundle.shared.size(), numbered.views.size());
+  EXPECT_TRUE(IntrinsicsText(held, numbered).empty());
   TriangleMesh away = Exact().init;
   for (Eigen::Vector3d& vertex : away.vertices) vertex.z() += 1000;
   const std::vector<CameraPair> pairs = {{0, 1}, {1, 2}, {2, 1}, {1, 0}};
@@ -308,6 +317,32 @@ TEST(Cameras, TheModelWrittenIsTheSceneWithTheNewPoses) {
     EXPECT_LT((image.camera.translation - camera.translation).norm(), 1e-12);
   }
   ASSERT_EQ(read.points.size(), scene.points.size());
+  // ERROR is the mean distance from projection to measurement, in the photograph. Points are in the file by their ids' order.
+  std::ifstream file(folder / "sparse" / "points3D.txt");
+  std::string line;
+  std::getline(file, line);
+  int checked = 0;
+  while (std::getline(file, line)) {
+    std::istringstream words(line);
+    std::uint64_t id = 0;
+    Eigen::Vector3d point;
+    std::string color;
+    double error = 0;
+    words >> id >> point.x() >> point.y() >> point.z() >> color >> color >> color >> error;
+    const size_t p = 100 - id;
+    double sum = 0;
+    for (const Measurement& measured : scene.tracks.Of(p)) {
+      const Lens& lens = scene.views[measured.view].origin.lens;
+      const Camera& camera = moved[measured.view];
+      sum += (PhotographedAt(camera, lens, camera.Project(point)) -
+              PhotographedAt(camera, lens, measured.image_point))
+                 .norm();
+    }
+    EXPECT_GT(error, 0.01);
+    EXPECT_NEAR(error, sum / 3, 1e-9);
+    ++checked;
+  }
+  EXPECT_EQ(checked, 40);
   // Measurements are those of the photograph again.
   const Measurement& measured = *read.tracks.Of(0).begin();
   EXPECT_GT(read.tracks.Count(), 0U);

@@ -6,6 +6,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 
+#include "core/scene/formats/colmap.h"
+#include "core/scene/formats/scene_loader.h"
 #include "core/support/file_bytes.h"
 #include "tests/colmap_testing.h"
 #include "tests/measured_scene.h"
@@ -201,6 +203,33 @@ TEST_F(TracksOfFormat, ColmapWithALens) {
   const Scene again = LoadScene({folder_.path() / "b", {}, {}});
   EXPECT_TRUE(again.views[0].origin.lens.IsNone());
   EXPECT_EQ(Lines(again, 7), Lines(read, 7));
+}
+
+// OpenMVG's numbers begin at 0, which COLMAP's may not.
+TEST_F(TracksOfFormat, CamerasThatWereSharedStillAre) {
+  Scene scene = MeasuredScene();
+  const auto written = [&] {
+    WriteColmapModel(scene, folder_.path(), false);
+    SceneSource source;
+    source.path = folder_.path();
+    std::vector<std::uint64_t> ids;
+    for (const View& view : scene.views) {
+      for (const PosedImage& image : ReadScene(source).images) {
+        if (image.name == view.name) ids.push_back(image.camera_id);
+      }
+    }
+    return ids;
+  };
+  using Ids = std::vector<std::uint64_t>;
+  EXPECT_EQ(written(), (Ids{7, 7, 7}));
+  for (View& view : scene.views) view.origin.camera_id = 0;
+  EXPECT_EQ(written(), (Ids{1, 1, 1}));
+  scene.views[0].origin.camera_id = std::uint64_t{1} << 40U;
+  EXPECT_EQ(written(), (Ids{1, 2, 2}));
+  scene.views[2].camera.fx += 1;
+  EXPECT_EQ(written(), (Ids{1, 2, 3}));
+  for (View& view : scene.views) view.origin.camera_id = kNoId;
+  EXPECT_EQ(written(), (Ids{1, 2, 3}));
 }
 
 }  // namespace

@@ -193,7 +193,7 @@ std::string WriteCameras(const Scene& scene, const std::vector<Camera>& cameras,
   if (WritePhotographedModel(WithRefinedCameras(scene, cameras), folder)) return "";
   return (folder / "sparse").string() +
          ": COLMAP has no model for a lens of the scene; the cameras are of undistorted "
-         "photographs\n";
+         "photographs, which burin does not write\n";
 }
 
 }  // namespace burin

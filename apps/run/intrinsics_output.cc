@@ -128,9 +128,13 @@ std::vector<std::string> IntrinsicsText(const TrackStep& step, const Scene& scen
     for (size_t c = 0; c < changes.size(); ++c) lines.push_back(Line(step, scene, c, changes[c]));
     return lines;
   }
+  if (std::none_of(step.bundle.shared.begin(), step.bundle.shared.end(),
+                   [](const SharedIntrinsics& shared) { return shared.AnyFree(); })) {
+    return lines;
+  }
   lines.push_back("cameras: intrinsics of " + std::to_string(changes.size()) +
-                  " cameras: the corners move by " + Fixed(Median(CornerMoves(changes)), 2) +
-                  " px (median)");
+                  " cameras: the corners " + (step.Kept() ? "move by " : "would move by ") +
+                  Fixed(Median(CornerMoves(changes)), 2) + " px (median)");
   for (const size_t c : FarOff(changes)) {
     lines.push_back(Line(step, scene, c, changes[c]) + ": far more than the others");
   }

@@ -21,7 +21,7 @@ struct IntrinsicsChange {
 std::vector<IntrinsicsChange> IntrinsicsChanges(const TrackStep& step, const Scene& scene);
 
 // Lines for the log: one of all cameras or one of each, and one of each whose intrinsics changed far more than the
-// others'. None where no intrinsics were to be refined.
+// others'. None where no intrinsics were to be refined, or those of more than four cameras and none was.
 std::vector<std::string> IntrinsicsText(const TrackStep& step, const Scene& scene);
 
 // `cameras.tracks.intrinsics` of summary.json: an item a camera.

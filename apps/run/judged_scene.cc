@@ -123,6 +123,7 @@ JudgedScene JudgeAndSelect(const Scene& scene, const TriangleMesh& mesh,
             mesh, options.pairs, judged.selection.pairs, &judged.seconds);
   if (judged.verdict.verdict == Verdict::kWrong) {
     judged.stop = wanted.action == VerdictAction::kStop;
+    if (judged.stop && moved) judged.by_tracks->HandBack(scene, "the input is handed back");
     if (!judged.stop) judged.lines.push_back("this cannot be right: " + judged.verdict.reason);
     return judged;
   }

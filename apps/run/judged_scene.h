@@ -18,8 +18,9 @@ namespace burin {
 struct JudgedScene {
   // Without the views that are left out, where there are some; pixels are shared with the one given.
   std::optional<Scene> without;
-  PairSelection selection;             // of the scene that is used
-  std::optional<TrackStep> by_tracks;  // of the scene that is used; none with cameras.refine none
+  PairSelection selection;  // of the scene that is used
+  // Of the scene that is used; none with cameras.refine none. It keeps no cameras where `stop`.
+  std::optional<TrackStep> by_tracks;
   // On the scene given, with its indices of views; through refined cameras where they are kept.
   SceneVerdict verdict;
   std::vector<std::string> left_out;  // names

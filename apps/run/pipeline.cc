@@ -81,6 +81,13 @@ void PipelineOptions::Check() const {
     throw InputError("cameras.steps = joint: moves poses only; cameras.refine = " +
                      std::string(NameOf(cameras.refine)) + " needs tracks or both");
   }
+  if (cameras.Jointly() && cameras.coarsest_joint < cameras.finest_joint) {
+    throw InputError("cameras.coarsest_joint = " + std::to_string(cameras.coarsest_joint) +
+                     ": must be at least cameras.finest_joint, " +
+                     std::to_string(cameras.finest_joint) +
+                     " (levels count from 0, full resolution; cameras.steps = tracks has no joint "
+                     "rounds)");
+  }
 }
 
 namespace {

@@ -153,6 +153,15 @@ bool TrackStep::Kept() const {
                      [](const TrackGroup& group) { return group.kept; });
 }
 
+void TrackStep::HandBack(const Scene& given, const std::string& reason) {
+  for (TrackGroup& group : groups) {
+    if (group.kept) group.reason = reason;
+    group.kept = false;
+  }
+  cameras = CamerasOf(given);
+  seen.reset();
+}
+
 bool TrackStep::HoldsAllViews() const {
   return groups.size() == 1 && groups[0].kept && groups[0].views.size() == cameras.size();
 }

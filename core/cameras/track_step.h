@@ -64,6 +64,8 @@ struct TrackStep {
 
   // New cameras of any group.
   bool Kept() const;
+  // Keeps none: the cameras are those of `given`, the scene, for this reason.
+  void HandBack(const Scene& given, const std::string& reason);
   // One group of all views, and its new cameras.
   bool HoldsAllViews() const;
   // Why not, of the largest group.

@@ -198,7 +198,7 @@ void WriteColmapBinary(const ColmapModel& model, const ColmapFiles& files) {
   WriteElements(model.points, files.points, [](const ColmapPoint& point, std::string* bytes) {
     AppendVector(point.position, bytes);
     for (int channel = 0; channel < 3; ++channel) Append<std::uint8_t>(point.gray, bytes);
-    Append<double>(0.0, bytes);  // reprojection error: the observations are projections
+    Append<double>(point.error, bytes);
     Append<std::uint64_t>(point.track.size(), bytes);
     for (const ColmapTrackElement& seen : point.track) {
       Append<std::uint32_t>(seen.image_id, bytes);

@@ -57,6 +57,8 @@ struct ColmapPoint {
   std::uint64_t id = 0;
   Eigen::Vector3d position;  // world units
   std::uint8_t gray = 0;     // written as the point's colour; not read
+  double error =
+      0;  // written, not read: mean distance from its projections to where it was measured, px
   std::vector<ColmapTrackElement> track;
 };
 

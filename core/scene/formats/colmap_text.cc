@@ -129,7 +129,7 @@ void WriteColmapText(const ColmapModel& model, const ColmapFiles& files) {
     text += std::to_string(point.id);
     for (int i = 0; i < 3; ++i) Append(point.position[i], &text);
     for (int channel = 0; channel < 3; ++channel) Append(std::uint64_t{point.gray}, &text);
-    Append(0.0, &text);
+    Append(point.error, &text);
     for (const ColmapTrackElement& seen : point.track) {
       Append(std::uint64_t{seen.image_id}, &text);
       Append(std::uint64_t{seen.observation}, &text);

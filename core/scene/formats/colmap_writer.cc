@@ -85,18 +85,26 @@ std::vector<double> ParametersOf(const View& view, const ColmapCameraModel& mode
   return parameters;
 }
 
-// The number of the camera of every view: views that shared one still do, unless a number is out of range or
-// has cameras that differ; then every view has its own.
+// The number of the camera of every view: views that shared one still do, with new numbers where one is out of
+// range. Every view has its own where one has no number, or a number has cameras that differ.
 std::vector<std::uint64_t> CameraNumbers(const std::vector<View>& views) {
   std::vector<std::uint64_t> numbers;
   std::map<std::uint64_t, const View*> first_of;
-  bool as_they_are = true;
+  std::map<std::uint64_t, std::uint64_t> counted;
+  bool shared = true;
+  bool in_range = true;
   for (const View& view : views) {
     const std::uint64_t id = numbers.emplace_back(view.origin.camera_id);
     const View* first = first_of.emplace(id, &view).first->second;
-    as_they_are = as_they_are && id >= 1 && id <= kMostId && HaveOneCamera(*first, view);
+    counted.emplace(id, counted.size() + 1);
+    shared = shared && id != kNoId && HaveOneCamera(*first, view);
+    in_range = in_range && id >= 1 && id <= kMostId;
   }
-  if (!as_they_are) std::iota(numbers.begin(), numbers.end(), 1);
+  if (!shared) {
+    std::iota(numbers.begin(), numbers.end(), 1);
+  } else if (!in_range) {
+    for (std::uint64_t& number : numbers) number = counted[number];
+  }
   return numbers;
 }
 
@@ -150,19 +158,32 @@ void AddObservation(const View& view, const Eigen::Vector2d& image_point, Colmap
   image->observations.push_back({image_point, point->id});
 }
 
-// Where its views see a point: as measured; by projection where the scene has no measurements.
+// Where its views see a point: as measured; by projection, with an error of 0, where the scene has no measurements.
 void AddObservations(const Scene& scene, size_t index, bool photographed, const ColmapFiles& files,
                      ColmapModel* model) {
   ColmapPoint& point = model->points[index];
-  const auto add = [&](int v, const Eigen::Vector2d& at) {
+  const auto written = [&](int v, const Eigen::Vector2d& at) {
     const View& view = scene.views[v];
-    AddObservation(view, photographed ? PhotographedAt(view.camera, view.origin.lens, at) : at,
-                   &model->images[v], &point);
+    return photographed ? PhotographedAt(view.camera, view.origin.lens, at) : at;
+  };
+  const auto add = [&](int v, const Eigen::Vector2d& at) {
+    AddObservation(scene.views[v], written(v, at), &model->images[v], &point);
   };
   if (!scene.tracks.IsEmpty()) {
+    double sum = 0;
+    int count = 0;
     for (const Measurement& measured : scene.tracks.Of(index)) {
-      add(measured.view, measured.image_point);
+      const int v = measured.view;
+      add(v, measured.image_point);
+      const Camera& camera = scene.views[v].camera;
+      if (camera.Depth(point.position) <= 0) continue;
+      const Eigen::Vector2d projection = written(v, camera.Project(point.position));
+      const double error = (projection - written(v, measured.image_point)).norm();
+      if (!std::isfinite(error)) continue;
+      sum += error;
+      ++count;
     }
+    if (count > 0) point.error = sum / count;
     return;
   }
   for (const int v : scene.points[index].views) {
