@@ -147,6 +147,19 @@ class Collapser {
     return good;
   }
 
+  // An edge between two fixed vertices, for they may have one elsewhere.
+  bool JoinsFixed(HalfedgeHandle h) const {
+    if (state_[state_.To(h)].fixed < 0) return false;
+    bool joins = false;
+    state_.ForFacets(state_.From(h), [&](HalfedgeHandle side) {
+      for (const VertexHandle v : {state_.To(side), state_.Opposite(side)}) {
+        joins |= v != state_.To(h) && state_[v].fixed >= 0 &&
+                 !state_.half_edges().find_halfedge(v, state_.To(h)).is_valid();
+      }
+    });
+    return joins;
+  }
+
   // A corner beside the edge that would be left with two facets.
   bool LeavesFlap(HalfedgeHandle h) const {
     const OpenMesh::TriConnectivity& mesh = state_.half_edges();
@@ -163,7 +176,7 @@ class Collapser {
     const VertexHandle from = state_.From(h);
     const VertexHandle to = state_.To(h);
     if (!KeepsShape(from, to, target) || !KeepsShape(to, from, target) || LeavesFlap(h) ||
-        !state_.half_edges().is_collapse_ok(h)) {
+        JoinsFixed(h) || !state_.half_edges().is_collapse_ok(h)) {
       return false;
     }
     state_.half_edges().collapse(h);
@@ -175,45 +188,71 @@ class Collapser {
   const double longest_;  // of the wanted length, that an edge may become
 };
 
+double LengthRatio(const RemeshState& state, EdgeHandle edge) {
+  const HalfedgeHandle h = state.half_edges().halfedge_handle(edge, 0);
+  return state.Length(h) / state.WantedLength(h);
+}
+
+// Beside a longer edge that is too long: that one comes first. Where it must stay whole, splitting others would go
+// on for ever.
+bool IsBesideLonger(const RemeshState& state, EdgeHandle edge) {
+  const OpenMesh::TriConnectivity& mesh = state.half_edges();
+  for (int side = 0; side < 2; ++side) {
+    const HalfedgeHandle h = mesh.halfedge_handle(edge, side);
+    if (mesh.is_boundary(h)) continue;
+    const HalfedgeHandle next = mesh.next_halfedge_handle(h);
+    for (const HalfedgeHandle other : {next, mesh.next_halfedge_handle(next)}) {
+      if (state.Length(other) > state.Length(h) &&
+          LengthRatio(state, mesh.edge_handle(other)) > kTooLong) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+// Both facets at the edge have the same corners: halves of it would have two edges in common.
+bool IsFolded(const RemeshState& state, EdgeHandle edge) {
+  const OpenMesh::TriConnectivity& mesh = state.half_edges();
+  return !mesh.is_boundary(edge) && state.Opposite(mesh.halfedge_handle(edge, 0)) ==
+                                        state.Opposite(mesh.halfedge_handle(edge, 1));
+}
+
 }  // namespace
 
 int SplitLongEdges(RemeshState* state) {
   OpenMesh::TriConnectivity& mesh = state->half_edges();
-  const auto ratio = [&](EdgeHandle e) {
-    const HalfedgeHandle h = mesh.halfedge_handle(e, 0);
-    return state->Length(h) / state->WantedLength(h);
-  };
   int count = 0;
-  for (int first = 0;;) {
+  for (;;) {
     Queue queue;
-    for (int e = first; e < static_cast<int>(mesh.n_edges()); ++e) {
+    for (int e = 0; e < static_cast<int>(mesh.n_edges()); ++e) {
       const EdgeHandle edge(e);
-      if (!state->IsAlive(edge) || state->IsFixed(edge)) continue;
-      const double r = ratio(edge);
-      if (r > kTooLong) queue.emplace_back(-r, edge);
+      if (!state->IsAlive(edge) || LengthRatio(*state, edge) <= kTooLong || state->IsFixed(edge)) {
+        continue;
+      }
+      queue.emplace_back(-state->Length(mesh.halfedge_handle(edge, 0)), edge);
     }
-    if (queue.empty()) return count;
     Sort(&queue);
+    int done = 0;
     for (const auto& [key, edge] : queue) {
+      if (IsBesideLonger(*state, edge) || IsFolded(*state, edge)) continue;
       const HalfedgeHandle h = mesh.halfedge_handle(edge, 0);
-      const RemeshVertex& from = state->operator[](state->From(h));
-      const RemeshVertex& to = state->operator[](state->To(h));
+      const RemeshVertex& from = (*state)[state->From(h)];
+      const RemeshVertex& to = (*state)[state->To(h)];
       RemeshVertex near = from.fixed < 0 ? from : to;
       near.fixed = -1;
       if (!mesh.is_boundary(edge)) near.border = -1;
       const RemeshVertex middle = state->At(0.5 * (from.position + to.position), near);
       mesh.split(edge, state->Add(middle));
-      ++count;
+      ++done;
     }
+    if (done == 0) return count;
+    count += done;
   }
 }
 
 int CollapseShortEdges(RemeshState* state) {
   const OpenMesh::TriConnectivity& mesh = state->half_edges();
-  const auto ratio = [&](EdgeHandle e) {
-    const HalfedgeHandle h = mesh.halfedge_handle(e, 0);
-    return state->Length(h) / state->WantedLength(h);
-  };
   Collapser collapser(state, kTooLong);
   int count = 0;
   for (int pass = 0; pass < kMaxPasses; ++pass) {
@@ -221,13 +260,13 @@ int CollapseShortEdges(RemeshState* state) {
     for (int e = 0; e < static_cast<int>(mesh.n_edges()); ++e) {
       const EdgeHandle edge(e);
       if (!state->IsAlive(edge)) continue;
-      const double r = ratio(edge);
+      const double r = LengthRatio(*state, edge);
       if (r < kTooShort) queue.emplace_back(r, edge);
     }
     Sort(&queue);
     int done = 0;
     for (const auto& [key, edge] : queue) {
-      if (!state->IsAlive(edge) || ratio(edge) >= kTooShort) continue;
+      if (!state->IsAlive(edge) || LengthRatio(*state, edge) >= kTooShort) continue;
       done += static_cast<int>(collapser.Collapse(edge));
     }
     count += done;
