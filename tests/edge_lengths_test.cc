@@ -21,7 +21,7 @@ Camera Look(const Eigen::Vector3d& center) {
 
 TEST(EdgeLengths, PlanesGetTheLongest) {
   const TriangleMesh mesh = Plane(0, 10, 20);
-  for (const double length : EdgeLengths(mesh, Same(mesh, 0.1), {})) EXPECT_NEAR(length, 1.2, 1e-9);
+  for (const double length : EdgeLengths(mesh, Same(mesh, 0.1), {})) EXPECT_NEAR(length, 0.7, 1e-9);
 }
 
 TEST(EdgeLengths, CylindersGetTheChordWithinBounds) {
@@ -30,10 +30,12 @@ TEST(EdgeLengths, CylindersGetTheChordWithinBounds) {
     const TriangleMesh mesh = Rod(radius, 12 * radius, 64, 120);
     const std::vector<double> curvature = MaxCurvatures(mesh, 3);
     EdgeLengthOptions options;
+    options.chord_px = 0.12;
+    options.max_px = 12;
     options.gradation = 1e9;  // each vertex for itself
     const std::vector<double> lengths = EdgeLengths(mesh, Same(mesh, 1), options);
     const double chord = std::sqrt(8 * options.chord_px * radius);
-    const double turn = M_PI / 3 * radius;
+    const double turn = options.max_turn_deg * M_PI / 180 * radius;
     const double expected = std::min(std::min(std::max(chord, 4.0), 12.0), turn);
     for (size_t v = 0; v < mesh.vertices.size(); ++v) {
       if (std::abs(mesh.vertices[v].z() - 6 * radius) > 3 * radius) continue;  // near the caps
@@ -62,8 +64,8 @@ TEST(EdgeLengths, GrowGradually) {
   EdgeLengthOptions options;
   options.gradation = 0.3;
   const std::vector<double> lengths = EdgeLengths(mesh, width, options);
-  EXPECT_NEAR(lengths[0], 0.12, 1e-9);
-  for (int k = 0; k <= 20; ++k) EXPECT_NEAR(lengths[k], 0.12 + 0.3 * 0.5 * k, 1e-9);
+  EXPECT_NEAR(lengths[0], 0.07, 1e-9);
+  for (int k = 0; k <= 20; ++k) EXPECT_NEAR(lengths[k], 0.07 + 0.3 * 0.5 * k, 1e-9);
   const Adjacency neighbors = VertexNeighbors(mesh, VertexFaces(mesh));
   for (int v = 0; v < static_cast<int>(lengths.size()); ++v) {
     for (const int* w = neighbors.Begin(v); w != neighbors.End(v); ++w) {

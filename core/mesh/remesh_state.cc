@@ -156,17 +156,16 @@ RemeshVertex RemeshState::At(const Eigen::Vector3d& position, const RemeshVertex
   return vertex;
 }
 
-void RemeshState::ReadInput(const TrianglePoint& at, RemeshVertex* known) const {
-  RemeshVertex& vertex = *known;
-  const Eigen::Vector3d weights = walk_.Weights(vertex.facet, at);
-  const Eigen::Vector3i& face = input_.faces[vertex.facet];
-  vertex.length = 0;
-  vertex.normal.setZero();
+void RemeshState::ReadInput(const TrianglePoint& at, RemeshVertex* vertex) const {
+  const Eigen::Vector3d weights = walk_.Weights(vertex->facet, at);
+  const Eigen::Vector3i& face = input_.faces[vertex->facet];
+  vertex->length = 0;
+  vertex->normal.setZero();
   for (int c = 0; c < 3; ++c) {
-    vertex.length += weights[c] * edge_length_[face[c]];
-    vertex.normal += weights[c] * normals_[face[c]];
+    vertex->length += weights[c] * edge_length_[face[c]];
+    vertex->normal += weights[c] * normals_[face[c]];
   }
-  vertex.normal.normalize();
+  vertex->normal.normalize();
 }
 
 RemeshVertex RemeshState::OnSurfaceAt(const Eigen::Vector3d& position,
