@@ -147,14 +147,14 @@ class Collapser {
     return good;
   }
 
-  // An edge between two fixed vertices, for they may have one elsewhere.
-  bool JoinsFixed(HalfedgeHandle h) const {
-    if (state_[state_.To(h)].fixed < 0) return false;
+  // The other end gets edges that it may not have.
+  bool JoinsCopies(HalfedgeHandle h) const {
+    const VertexHandle to = state_.To(h);
     bool joins = false;
     state_.ForFacets(state_.From(h), [&](HalfedgeHandle side) {
       for (const VertexHandle v : {state_.To(side), state_.Opposite(side)}) {
-        joins |= v != state_.To(h) && state_[v].fixed >= 0 &&
-                 !state_.half_edges().find_halfedge(v, state_.To(h)).is_valid();
+        if (v == to || (state_[v].fixed < 0 && state_[to].fixed < 0)) continue;
+        joins |= !state_.half_edges().find_halfedge(v, to).is_valid() && !state_.MayJoin(v, to);
       }
     });
     return joins;
@@ -176,7 +176,7 @@ class Collapser {
     const VertexHandle from = state_.From(h);
     const VertexHandle to = state_.To(h);
     if (!KeepsShape(from, to, target) || !KeepsShape(to, from, target) || LeavesFlap(h) ||
-        JoinsFixed(h) || !state_.half_edges().is_collapse_ok(h)) {
+        JoinsCopies(h) || !state_.half_edges().is_collapse_ok(h)) {
       return false;
     }
     state_.half_edges().collapse(h);
@@ -214,8 +214,10 @@ bool IsBesideLonger(const RemeshState& state, EdgeHandle edge) {
 // Both facets at the edge have the same corners: halves of it would have two edges in common.
 bool IsFolded(const RemeshState& state, EdgeHandle edge) {
   const OpenMesh::TriConnectivity& mesh = state.half_edges();
-  return !mesh.is_boundary(edge) && state.Opposite(mesh.halfedge_handle(edge, 0)) ==
-                                        state.Opposite(mesh.halfedge_handle(edge, 1));
+  if (mesh.is_boundary(edge)) return false;
+  const VertexHandle c = state.Opposite(mesh.halfedge_handle(edge, 0));
+  const VertexHandle d = state.Opposite(mesh.halfedge_handle(edge, 1));
+  return c == d || (state[c].fixed >= 0 && state[c].fixed == state[d].fixed);
 }
 
 }  // namespace

@@ -100,7 +100,7 @@ class Flipper {
     const RemeshVertex& c = state_[quad.c];
     const RemeshVertex& d = state_[quad.d];
     if (quad.c == quad.d) return false;
-    if (c.fixed >= 0 && d.fixed >= 0) return false;  // they may have an edge elsewhere
+    if (!state_.MayJoin(quad.c, quad.d)) return false;
     const double quality = std::min(Quality(a, b, c), Quality(b, a, d));
     const double new_quality = std::min(Quality(a, d, c), Quality(d, b, c));
     const bool better_shape = new_quality > kLeastGain * quality;

@@ -224,6 +224,21 @@ bool RemeshState::IsFixed(EdgeHandle e) const {
   return false;
 }
 
+bool RemeshState::HasNeighborFixedTo(VertexHandle v, int input_vertex) const {
+  for (const VertexHandle w : half_edges_.vv_range(v)) {
+    if ((*this)[w].fixed == input_vertex) return true;
+  }
+  return false;
+}
+
+bool RemeshState::MayJoin(VertexHandle a, VertexHandle b) const {
+  const int of_a = (*this)[a].fixed;
+  const int of_b = (*this)[b].fixed;
+  if (of_a >= 0 && of_b >= 0) return false;  // they may have an edge elsewhere
+  if (of_a >= 0) return !HasNeighborFixedTo(b, of_a);
+  return of_b < 0 || !HasNeighborFixedTo(a, of_b);
+}
+
 void RemeshState::Corners(FaceHandle f, VertexHandle (&corners)[3]) const {
   const HalfedgeHandle h = half_edges_.halfedge_handle(f);
   corners[0] = From(h);
