@@ -1,8 +1,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <utility>
-#include <vector>
 
 #include "core/mesh/remesh_steps.h"
 
@@ -14,7 +12,6 @@ using OpenMesh::FaceHandle;
 using OpenMesh::HalfedgeHandle;
 using OpenMesh::VertexHandle;
 
-constexpr double kTooLong = 4.0 / 3;
 constexpr double kTooShort = 4.0 / 5;
 constexpr int kMaxPasses = 8;
 constexpr double kWorthAPass = 0.1;  // share of the short edges that the pass before could collapse
@@ -31,15 +28,6 @@ constexpr double kSteep = 0.6;
 // The middle of an edge is left for one of its ends where the surface moves by this much more.
 constexpr double kClearlyBetter = 2;
 constexpr double kNothing = 0.002;  // of the wanted length
-
-// Edges by a key, ascending.
-using Queue = std::vector<std::pair<double, EdgeHandle>>;
-
-void Sort(Queue* queue) {
-  std::sort(queue->begin(), queue->end(), [](const auto& a, const auto& b) {
-    return a.first != b.first ? a.first < b.first : a.second.idx() < b.second.idx();
-  });
-}
 
 class Collapser {
  public:
@@ -188,87 +176,24 @@ class Collapser {
   const double longest_;  // of the wanted length, that an edge may become
 };
 
-double LengthRatio(const RemeshState& state, EdgeHandle edge) {
-  const HalfedgeHandle h = state.half_edges().halfedge_handle(edge, 0);
-  return state.Length(h) / state.WantedLength(h);
-}
-
-// Beside a longer edge that is too long: that one comes first. Where it must stay whole, splitting others would go
-// on for ever.
-bool IsBesideLonger(const RemeshState& state, EdgeHandle edge) {
-  const OpenMesh::TriConnectivity& mesh = state.half_edges();
-  for (int side = 0; side < 2; ++side) {
-    const HalfedgeHandle h = mesh.halfedge_handle(edge, side);
-    if (mesh.is_boundary(h)) continue;
-    const HalfedgeHandle next = mesh.next_halfedge_handle(h);
-    for (const HalfedgeHandle other : {next, mesh.next_halfedge_handle(next)}) {
-      if (state.Length(other) > state.Length(h) &&
-          LengthRatio(state, mesh.edge_handle(other)) > kTooLong) {
-        return true;
-      }
-    }
-  }
-  return false;
-}
-
-// Both facets at the edge have the same corners: halves of it would have two edges in common.
-bool IsFolded(const RemeshState& state, EdgeHandle edge) {
-  const OpenMesh::TriConnectivity& mesh = state.half_edges();
-  if (mesh.is_boundary(edge)) return false;
-  const VertexHandle c = state.Opposite(mesh.halfedge_handle(edge, 0));
-  const VertexHandle d = state.Opposite(mesh.halfedge_handle(edge, 1));
-  return c == d || (state[c].fixed >= 0 && state[c].fixed == state[d].fixed);
-}
-
 }  // namespace
-
-int SplitLongEdges(RemeshState* state) {
-  OpenMesh::TriConnectivity& mesh = state->half_edges();
-  int count = 0;
-  for (;;) {
-    Queue queue;
-    for (int e = 0; e < static_cast<int>(mesh.n_edges()); ++e) {
-      const EdgeHandle edge(e);
-      if (!state->IsAlive(edge) || LengthRatio(*state, edge) <= kTooLong || state->IsFixed(edge)) {
-        continue;
-      }
-      queue.emplace_back(-state->Length(mesh.halfedge_handle(edge, 0)), edge);
-    }
-    Sort(&queue);
-    int done = 0;
-    for (const auto& [key, edge] : queue) {
-      if (IsBesideLonger(*state, edge) || IsFolded(*state, edge)) continue;
-      const HalfedgeHandle h = mesh.halfedge_handle(edge, 0);
-      const RemeshVertex& from = (*state)[state->From(h)];
-      const RemeshVertex& to = (*state)[state->To(h)];
-      RemeshVertex near = from.fixed < 0 ? from : to;
-      near.fixed = -1;
-      if (!mesh.is_boundary(edge)) near.border = -1;
-      const RemeshVertex middle = state->At(0.5 * (from.position + to.position), near);
-      mesh.split(edge, state->Add(middle));
-      ++done;
-    }
-    if (done == 0) return count;
-    count += done;
-  }
-}
 
 int CollapseShortEdges(RemeshState* state) {
   const OpenMesh::TriConnectivity& mesh = state->half_edges();
   Collapser collapser(state, kTooLong);
   int count = 0;
   for (int pass = 0; pass < kMaxPasses; ++pass) {
-    Queue queue;
+    EdgeQueue queue;
     for (int e = 0; e < static_cast<int>(mesh.n_edges()); ++e) {
       const EdgeHandle edge(e);
       if (!state->IsAlive(edge)) continue;
-      const double r = LengthRatio(*state, edge);
+      const double r = state->LengthRatio(edge);
       if (r < kTooShort) queue.emplace_back(r, edge);
     }
-    Sort(&queue);
+    SortQueue(&queue);
     int done = 0;
     for (const auto& [key, edge] : queue) {
-      if (!state->IsAlive(edge) || LengthRatio(*state, edge) >= kTooShort) continue;
+      if (!state->IsAlive(edge) || state->LengthRatio(edge) >= kTooShort) continue;
       done += static_cast<int>(collapser.Collapse(edge));
     }
     count += done;

@@ -98,6 +98,11 @@ class RemeshState {
     return 0.5 * ((*this)[To(h)].length + (*this)[From(h)].length);
   }
 
+  double LengthRatio(EdgeHandle e) const {
+    const HalfedgeHandle h = half_edges_.halfedge_handle(e, 0);
+    return Length(h) / WantedLength(h);
+  }
+
   // The corners of a face, in order.
   void Corners(FaceHandle f, VertexHandle (&corners)[3]) const;
 
