@@ -12,17 +12,17 @@ namespace burin {
 struct EdgeLengthOptions {
   // The largest distance between an edge and the surface that it spans, in pixels: on a surface of curvature k
   // (1/px) edges are sqrt(8 chord_px / k) long, within the bounds below. 0: they are max_px long everywhere.
-  double chord_px = 0.12;
+  double chord_px = 0;
   double min_px = 4;
-  double max_px = 12;
+  double max_px = 7;
   // An edge spans no more than this much of a bend, whatever min_px says, so that a rod of a pixel's radius stays
   // round; but no length is below floor_px. 0: any.
-  double max_turn_deg = 60;
+  double max_turn_deg = 75;
   double floor_px = 1;
   // Lengths grow by no more than this much a unit of length along the surface.
   double gradation = 0.4;
   // Normals are smoothed this often before curvature is read from them.
-  int smoothing_rounds = 3;
+  int smoothing_rounds = 5;
 };
 
 // Width of a pixel on the surface at each vertex, world units: camera footprint / sqrt(cos), the smallest over the

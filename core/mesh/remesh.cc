@@ -32,7 +32,6 @@ Remeshed Remesh(const TriangleMesh& mesh, const std::vector<double>& edge_length
   for (int k = 0; k < kFinishingRounds; ++k) {
     flips += FlipEdges(&state, FlipFor::kQuality);
     collapses += CollapseSlivers(&state, kSliverQuality);
-    flips += FlipEdges(&state, FlipFor::kQuality);
     Relax(&state, RelaxOn::kPlanes);
   }
   flips += FlipEdges(&state, FlipFor::kQuality);

@@ -1,8 +1,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <utility>
-#include <vector>
 
 #include "core/mesh/remesh_steps.h"
 
@@ -14,7 +12,6 @@ using OpenMesh::FaceHandle;
 using OpenMesh::HalfedgeHandle;
 using OpenMesh::VertexHandle;
 
-constexpr double kTooLong = 4.0 / 3;
 constexpr double kTooShort = 4.0 / 5;
 constexpr int kMaxPasses = 8;
 constexpr double kWorthAPass = 0.1;  // share of the short edges that the pass before could collapse
@@ -31,15 +28,6 @@ constexpr double kSteep = 0.6;
 // The middle of an edge is left for one of its ends where the surface moves by this much more.
 constexpr double kClearlyBetter = 2;
 constexpr double kNothing = 0.002;  // of the wanted length
-
-// Edges by a key, ascending.
-using Queue = std::vector<std::pair<double, EdgeHandle>>;
-
-void Sort(Queue* queue) {
-  std::sort(queue->begin(), queue->end(), [](const auto& a, const auto& b) {
-    return a.first != b.first ? a.first < b.first : a.second.idx() < b.second.idx();
-  });
-}
 
 class Collapser {
  public:
@@ -147,6 +135,19 @@ class Collapser {
     return good;
   }
 
+  // The other end gets edges that it may not have.
+  bool JoinsCopies(HalfedgeHandle h) const {
+    const VertexHandle to = state_.To(h);
+    bool joins = false;
+    state_.ForFacets(state_.From(h), [&](HalfedgeHandle side) {
+      for (const VertexHandle v : {state_.To(side), state_.Opposite(side)}) {
+        if (v == to || (state_[v].fixed < 0 && state_[to].fixed < 0)) continue;
+        joins |= !state_.half_edges().find_halfedge(v, to).is_valid() && !state_.MayJoin(v, to);
+      }
+    });
+    return joins;
+  }
+
   // A corner beside the edge that would be left with two facets.
   bool LeavesFlap(HalfedgeHandle h) const {
     const OpenMesh::TriConnectivity& mesh = state_.half_edges();
@@ -163,7 +164,7 @@ class Collapser {
     const VertexHandle from = state_.From(h);
     const VertexHandle to = state_.To(h);
     if (!KeepsShape(from, to, target) || !KeepsShape(to, from, target) || LeavesFlap(h) ||
-        !state_.half_edges().is_collapse_ok(h)) {
+        JoinsCopies(h) || !state_.half_edges().is_collapse_ok(h)) {
       return false;
     }
     state_.half_edges().collapse(h);
@@ -177,57 +178,22 @@ class Collapser {
 
 }  // namespace
 
-int SplitLongEdges(RemeshState* state) {
-  OpenMesh::TriConnectivity& mesh = state->half_edges();
-  const auto ratio = [&](EdgeHandle e) {
-    const HalfedgeHandle h = mesh.halfedge_handle(e, 0);
-    return state->Length(h) / state->WantedLength(h);
-  };
-  int count = 0;
-  for (int first = 0;;) {
-    Queue queue;
-    for (int e = first; e < static_cast<int>(mesh.n_edges()); ++e) {
-      const EdgeHandle edge(e);
-      if (!state->IsAlive(edge) || state->IsFixed(edge)) continue;
-      const double r = ratio(edge);
-      if (r > kTooLong) queue.emplace_back(-r, edge);
-    }
-    if (queue.empty()) return count;
-    Sort(&queue);
-    for (const auto& [key, edge] : queue) {
-      const HalfedgeHandle h = mesh.halfedge_handle(edge, 0);
-      const RemeshVertex& from = state->operator[](state->From(h));
-      const RemeshVertex& to = state->operator[](state->To(h));
-      RemeshVertex near = from.fixed < 0 ? from : to;
-      near.fixed = -1;
-      if (!mesh.is_boundary(edge)) near.border = -1;
-      const RemeshVertex middle = state->At(0.5 * (from.position + to.position), near);
-      mesh.split(edge, state->Add(middle));
-      ++count;
-    }
-  }
-}
-
 int CollapseShortEdges(RemeshState* state) {
   const OpenMesh::TriConnectivity& mesh = state->half_edges();
-  const auto ratio = [&](EdgeHandle e) {
-    const HalfedgeHandle h = mesh.halfedge_handle(e, 0);
-    return state->Length(h) / state->WantedLength(h);
-  };
   Collapser collapser(state, kTooLong);
   int count = 0;
   for (int pass = 0; pass < kMaxPasses; ++pass) {
-    Queue queue;
+    EdgeQueue queue;
     for (int e = 0; e < static_cast<int>(mesh.n_edges()); ++e) {
       const EdgeHandle edge(e);
       if (!state->IsAlive(edge)) continue;
-      const double r = ratio(edge);
+      const double r = state->LengthRatio(edge);
       if (r < kTooShort) queue.emplace_back(r, edge);
     }
-    Sort(&queue);
+    SortQueue(&queue);
     int done = 0;
     for (const auto& [key, edge] : queue) {
-      if (!state->IsAlive(edge) || ratio(edge) >= kTooShort) continue;
+      if (!state->IsAlive(edge) || state->LengthRatio(edge) >= kTooShort) continue;
       done += static_cast<int>(collapser.Collapse(edge));
     }
     count += done;

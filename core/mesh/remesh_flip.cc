@@ -99,6 +99,8 @@ class Flipper {
     const RemeshVertex& b = state_[quad.b];
     const RemeshVertex& c = state_[quad.c];
     const RemeshVertex& d = state_[quad.d];
+    if (quad.c == quad.d) return false;
+    if (!state_.MayJoin(quad.c, quad.d)) return false;
     const double quality = std::min(Quality(a, b, c), Quality(b, a, d));
     const double new_quality = std::min(Quality(a, d, c), Quality(d, b, c));
     const bool better_shape = new_quality > kLeastGain * quality;

@@ -156,17 +156,16 @@ RemeshVertex RemeshState::At(const Eigen::Vector3d& position, const RemeshVertex
   return vertex;
 }
 
-void RemeshState::ReadInput(const TrianglePoint& at, RemeshVertex* known) const {
-  RemeshVertex& vertex = *known;
-  const Eigen::Vector3d weights = walk_.Weights(vertex.facet, at);
-  const Eigen::Vector3i& face = input_.faces[vertex.facet];
-  vertex.length = 0;
-  vertex.normal.setZero();
+void RemeshState::ReadInput(const TrianglePoint& at, RemeshVertex* vertex) const {
+  const Eigen::Vector3d weights = walk_.Weights(vertex->facet, at);
+  const Eigen::Vector3i& face = input_.faces[vertex->facet];
+  vertex->length = 0;
+  vertex->normal.setZero();
   for (int c = 0; c < 3; ++c) {
-    vertex.length += weights[c] * edge_length_[face[c]];
-    vertex.normal += weights[c] * normals_[face[c]];
+    vertex->length += weights[c] * edge_length_[face[c]];
+    vertex->normal += weights[c] * normals_[face[c]];
   }
-  vertex.normal.normalize();
+  vertex->normal.normalize();
 }
 
 RemeshVertex RemeshState::OnSurfaceAt(const Eigen::Vector3d& position,
@@ -223,6 +222,21 @@ bool RemeshState::IsFixed(EdgeHandle e) const {
     if (half_edges_.is_boundary(half) || KeptAs(half_edges_.face_handle(half)) >= 0) return true;
   }
   return false;
+}
+
+bool RemeshState::HasNeighborFixedTo(VertexHandle v, int input_vertex) const {
+  for (const VertexHandle w : half_edges_.vv_range(v)) {
+    if ((*this)[w].fixed == input_vertex) return true;
+  }
+  return false;
+}
+
+bool RemeshState::MayJoin(VertexHandle a, VertexHandle b) const {
+  const int of_a = (*this)[a].fixed;
+  const int of_b = (*this)[b].fixed;
+  if (of_a >= 0 && of_b >= 0) return false;  // they may have an edge elsewhere
+  if (of_a >= 0) return !HasNeighborFixedTo(b, of_a);
+  return of_b < 0 || !HasNeighborFixedTo(a, of_b);
 }
 
 void RemeshState::Corners(FaceHandle f, VertexHandle (&corners)[3]) const {

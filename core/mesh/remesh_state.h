@@ -89,9 +89,18 @@ class RemeshState {
   // Must stay: beside a facet that is kept, or on a cut.
   bool IsFixed(EdgeHandle e) const;
 
+  // Whether an edge between two vertices that have none would be one of two facets only: of a fixed vertex there may be
+  // copies, at a cut, which are one vertex in the end.
+  bool MayJoin(VertexHandle a, VertexHandle b) const;
+
   double Length(HalfedgeHandle h) const { return (Position(To(h)) - Position(From(h))).norm(); }
   double WantedLength(HalfedgeHandle h) const {
     return 0.5 * ((*this)[To(h)].length + (*this)[From(h)].length);
+  }
+
+  double LengthRatio(EdgeHandle e) const {
+    const HalfedgeHandle h = half_edges_.halfedge_handle(e, 0);
+    return Length(h) / WantedLength(h);
   }
 
   // The corners of a face, in order.
@@ -109,6 +118,7 @@ class RemeshState {
   }
 
  private:
+  bool HasNeighborFixedTo(VertexHandle v, int input_vertex) const;
   void AddFaces(const std::vector<char>* keep);
   void FindBorders();
   // Length and normal at a point of vertex->facet.

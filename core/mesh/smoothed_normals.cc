@@ -6,6 +6,7 @@ namespace burin {
 namespace {
 
 constexpr int kVertexGrain = 2048;
+constexpr double kLeastMean = 0.3;
 
 }  // namespace
 
@@ -19,7 +20,8 @@ std::vector<Eigen::Vector3d> SmoothedNormals(const TriangleMesh& mesh, const Adj
         Eigen::Vector3d sum = normals[v];
         for (const int* w = neighbors.Begin(v); w != neighbors.End(v); ++w) sum += normals[*w];
         const double length = sum.norm();
-        smoothed[v] = length > 0 ? Eigen::Vector3d(sum / length) : normals[v];
+        const bool agree = length > kLeastMean * (1 + neighbors.Degree(v));
+        smoothed[v] = agree ? Eigen::Vector3d(sum / length) : normals[v];
       }
     });
     normals.swap(smoothed);

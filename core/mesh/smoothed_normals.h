@@ -8,8 +8,9 @@
 
 namespace burin {
 
-// VertexNormals, each then `rounds` times made the mean of itself and its neighbours', of unit length. Arguments
-// as VertexNormals and VertexNeighbors make them.
+// VertexNormals, each then `rounds` times made the mean of itself and its neighbours', of unit length; a mean that is
+// shorter than 0.3, as on tiny bodies, says nothing and is not taken. Arguments as VertexNormals and VertexNeighbors
+// make them.
 std::vector<Eigen::Vector3d> SmoothedNormals(const TriangleMesh& mesh, const Adjacency& faces,
                                              const Adjacency& neighbors, int rounds);
 

@@ -25,18 +25,22 @@ inline TrianglePoint ClosestOnTriangle(const Eigen::Vector3d& query,
   TrianglePoint best;
   const Eigen::Vector3d normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
   const double squared_area = normal.squaredNorm();
-  bool inside = squared_area > 0;
-  for (int c = 0; c < 3 && inside; ++c) {
-    const Eigen::Vector3d edge = corners[(c + 1) % 3] - corners[c];
-    inside = normal.dot(edge.cross(query - corners[c])) >= 0;
+  // Beyond which edges it lies: the nearest point is on one of these.
+  bool beyond[3] = {true, true, true};
+  if (squared_area > 0) {
+    for (int c = 0; c < 3; ++c) {
+      const Eigen::Vector3d edge = corners[(c + 1) % 3] - corners[c];
+      beyond[c] = !(normal.dot(edge.cross(query - corners[c])) >= 0);
+    }
   }
-  if (inside) {
+  if (!(beyond[0] || beyond[1] || beyond[2])) {
     const double height = normal.dot(query - corners[0]);
     best.point = query - (height / squared_area) * normal;
     best.squared_distance = height * height / squared_area;
     return best;
   }
   for (int c = 0; c < 3; ++c) {
+    if (!beyond[c]) continue;
     const Eigen::Vector3d edge = corners[(c + 1) % 3] - corners[c];
     const double squared_length = edge.squaredNorm();
     double t = squared_length > 0 ? edge.dot(query - corners[c]) / squared_length : 0.0;
