@@ -1,6 +1,8 @@
 #include "apps/run/free_space_output.h"
 
 #include <algorithm>
+#include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "core/support/fixed_text.h"
@@ -28,6 +30,28 @@ TriangleMesh WithoutPatches(const TriangleMesh& mesh, const FreeSpace& free_spac
 void PutPatchesBack(const TriangleMesh& input, const FreeSpace& free_space, TriangleMesh* refined) {
   for (const FreeSpacePatch& patch : free_space.patches) {
     for (const int f : patch.facets) refined->faces.push_back(input.faces[f]);
+  }
+}
+
+void AppendPatches(const TriangleMesh& input, const FreeSpace& free_space, TriangleMesh* refined,
+                   std::vector<VertexScalar>* values) {
+  for (const FreeSpacePatch& patch : free_space.patches) {
+    std::map<int, int> index;
+    for (const int f : patch.facets) {
+      Eigen::Vector3i face;
+      for (int c = 0; c < 3; ++c) {
+        const int v = input.faces[f][c];
+        const auto [at, is_new] = index.emplace(v, static_cast<int>(refined->vertices.size()));
+        if (is_new) refined->vertices.push_back(input.vertices[v]);
+        face[c] = at->second;
+      }
+      refined->faces.push_back(face);
+    }
+  }
+  for (VertexScalar& scalar : *values) {
+    const bool has_none = scalar.name == "zncc" || scalar.name == "sd_px";
+    scalar.values.resize(refined->vertices.size(),
+                         has_none ? std::numeric_limits<float>::quiet_NaN() : 0);
   }
 }
 

@@ -17,6 +17,10 @@ TriangleMesh WithoutPatches(const TriangleMesh& mesh, const FreeSpace& free_spac
 // The facets of patches of `input`, put back into what became of the mesh without them.
 void PutPatchesBack(const TriangleMesh& input, const FreeSpace& free_space, TriangleMesh* refined);
 
+// The same of a mesh that was cut anew: each patch with vertices of its own, as no pair sees them.
+void AppendPatches(const TriangleMesh& input, const FreeSpace& free_space, TriangleMesh* refined,
+                   std::vector<VertexScalar>* values);
+
 // Takes out the vertices that only patches of `input` had, from the values as well.
 void DropPatchVertices(const TriangleMesh& input, const FreeSpace& free_space,
                        TriangleMesh* refined, std::vector<VertexScalar>* values);

@@ -127,20 +127,22 @@ void CheckMeshIsSeen(const Scene& scene, const TriangleMesh& mesh,
   CheckSides(LookAtParts(CamerasOf(scene), mesh), scene, mesh, mesh_path);
 }
 
-std::vector<char> SeenWithPart(const TriangleMesh& refined, const std::vector<float>& pairs,
+std::vector<char> SeenWithPart(const RefinementEnd& end, const std::vector<float>& pairs,
                                size_t input_vertices) {
-  std::vector<char> seen(refined.vertices.size(), 0);
-  for (const std::vector<int>& faces : ConnectedComponents(refined)) {
+  std::vector<char> seen(input_vertices, 0);
+  const std::vector<int>& input_vertex = end.part.empty() ? end.index : end.part;
+  for (const std::vector<int>& faces : ConnectedComponents(*end.mesh)) {
     const bool any = std::any_of(faces.begin(), faces.end(), [&](int f) {
-      const Eigen::Vector3i& face = refined.faces[f];
+      const Eigen::Vector3i& face = end.mesh->faces[f];
       return pairs[face[0]] > 0 || pairs[face[1]] > 0 || pairs[face[2]] > 0;
     });
     if (!any) continue;
     for (const int f : faces) {
-      for (const int v : refined.faces[f]) seen[v] = 1;
+      for (const int v : end.mesh->faces[f]) {
+        if (static_cast<size_t>(input_vertex[v]) < input_vertices) seen[input_vertex[v]] = 1;
+      }
     }
   }
-  seen.resize(input_vertices);
   return seen;
 }
 

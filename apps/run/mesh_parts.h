@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/mesh/mesh.h"
+#include "core/refine/refinement_parts.h"
 #include "core/scene/scene.h"
 #include "core/support/choices.h"
 #include "core/support/options.h"
@@ -52,9 +53,10 @@ MeshParts OrientAndCheck(const Scene& scene, const MeshOptions& options,
 void CheckMeshIsSeen(const Scene& scene, const TriangleMesh& mesh,
                      const std::filesystem::path& mesh_path);
 
-// By vertex of the input, the first ones of `refined`: some pair sees a vertex of the connected part of `refined` that
-// it is in. `pairs` has by vertex of `refined` how many see it.
-std::vector<char> SeenWithPart(const TriangleMesh& refined, const std::vector<float>& pairs,
+// By vertex of the input, of those that the refined mesh has as they are, or of the first ones of its parts
+// (RefinementEnd::part): some pair sees a vertex of the connected part that it is in. `pairs` has by vertex of end.mesh how many
+// see it.
+std::vector<char> SeenWithPart(const RefinementEnd& end, const std::vector<float>& pairs,
                                size_t input_vertices);
 
 // Sets MeshPart::seen_by_pair of the parts of `input`, `seen` as SeenWithPart gives it.

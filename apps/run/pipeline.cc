@@ -193,6 +193,7 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
       SurfaceQuality surface = MeasureSurface(end, quality, checked.surface.trim);
       result.surface_seconds = surface_watch.Seconds();
       result.quality = std::move(surface.scalars);
+      result.seen_with_part = SeenWithPart(end, quality.pairs, mesh.vertices.size());
       reasons = std::move(surface.reasons);
       result.closing =
           MeasureClosing(scene, seen, *refined, result.selection, checked.refinement.level,
@@ -202,15 +203,17 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
   }
   result.mesh = Refine(seen, *refined, result.selection.pairs, checked.refinement, refinement,
                        observers, &result.refinement, parts.start);
-  if (parts.measure_quality) {
-    result.seen_with_part =
-        SeenWithPart(result.mesh, result.quality.front().values, mesh.vertices.size());
-  }
   CloseSurface(checked, &result);
-  if (checked.surface.free_space == FreeSpaceAction::kCut) {
+  const LevelSummary& last = result.refinement.levels.back();
+  const bool cut_anew = last.remeshed_faces > 0 && !last.undone;
+  if (checked.surface.free_space != FreeSpaceAction::kCut) {
+    if (cut_anew) {
+      AppendPatches(mesh, result.free_space, &result.mesh, &result.quality);
+    } else {
+      PutPatchesBack(mesh, result.free_space, &result.mesh);
+    }
+  } else if (!cut_anew) {
     DropPatchVertices(mesh, result.free_space, &result.mesh, &result.quality);
-  } else {
-    PutPatchesBack(mesh, result.free_space, &result.mesh);
   }
   // A mesh that is handed back is as it was given.
   if (checked.surface.trim != SurfaceTrim::kNone && result.closing.has_value() &&

@@ -320,7 +320,10 @@ void Level::ShowEnd(RefinementState* state) {
   end.mesh = &mesh_;
   end.index = state->order.vertex;
   end.face_index = state->order.face;
-  for (const int v : end.index) end.input_position.push_back(state->input_position[v]);
+  for (const int v : end.index) {
+    end.input_position.push_back(state->input_position[v]);
+    if (!state->part.empty()) end.part.push_back(state->part[v]);
+  }
   task_.observers.on_end(end);
 }
 

@@ -45,6 +45,7 @@ struct RefinementEnd {
   const std::vector<Camera>* cameras = nullptr;  // of the scene's views, caller's world
   const TriangleMesh* mesh = nullptr;            // normalised world, in the context's order
   std::vector<Eigen::Vector3d> input_position;   // where on the input its vertices lay
+  std::vector<int> part;        // of every vertex: RefinementState::part; empty where that is
   std::vector<int> index;       // in the mesh that Refine() returns, of every vertex
   std::vector<int> face_index;  // likewise, of every facet
 };

@@ -112,6 +112,7 @@ std::vector<uint8_t> StateBytes(const RefinementState& state) {
                         {"level_start", Binary(state.level_start.vertices)},
                         {"level_start_supported", Binary(state.level_start.was_supported)},
                         {"level_start_cameras", state.level_start.cameras},
+                        {"part", Binary(state.part)},
                         {"remesh_vertices", Binary(state.remesh_start.mesh.vertices)},
                         {"remesh_faces", Binary(state.remesh_start.mesh.faces)},
                         {"remesh_input", Binary(state.remesh_start.input_position)},
@@ -134,6 +135,7 @@ RefinementState StateFromBytes(const std::vector<uint8_t>& bytes) {
   FromBinary(read, "level_start", &state.level_start.vertices);
   FromBinary(read, "level_start_supported", &state.level_start.was_supported);
   read.at("level_start_cameras").get_to(state.level_start.cameras);
+  FromBinary(read, "part", &state.part);
   RemeshStart& remesh = state.remesh_start;
   FromBinary(read, "remesh_vertices", &remesh.mesh.vertices);
   FromBinary(read, "remesh_faces", &remesh.mesh.faces);
@@ -151,6 +153,7 @@ RefinementState StateFromBytes(const std::vector<uint8_t>& bytes) {
   CheckSize("first_cameras", state.summary.first_cameras.size(), cameras);
   if (!state.summary.lenses.empty()) CheckSize("lenses", state.summary.lenses.size(), cameras);
   if (faces > 0) CheckIndices("faces", state.mesh.faces[0].data(), 3 * faces, vertices);
+  if (!state.part.empty()) CheckSize("part", state.part.size(), vertices);
   const size_t remeshed = remesh.mesh.vertices.size();
   CheckSize("remesh_input", remesh.input_position.size(), remeshed);
   CheckSize("remesh_supported", remesh.was_supported.size(), remeshed);

@@ -108,6 +108,9 @@ struct RefinementState {
   TriangleMesh mesh;  // normalised world; input vertices first, then new ones as made
   std::vector<Eigen::Vector3d> input_position;  // of mesh.vertices, on the surface of the input
   LevelStart level_start;
+  // By vertex of a mesh that was cut anew: the first of the input's vertices in its connected part; else empty, the input's
+  // vertices being the first ones.
+  std::vector<int> part;
   RemeshStart remesh_start;         // of a remeshed level
   MeshOrder order;                  // that the level works in; empty when round is 0
   std::vector<char> was_supported;  // by vertex of `mesh`: some pair has seen a facet of it

@@ -1,10 +1,28 @@
 #include "core/refine/remeshing.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "core/mesh/edge_lengths.h"
 
 namespace burin {
+namespace {
+
+// By vertex: the lowest one of its connected part; itself where it has no facet.
+std::vector<int> FirstOfPart(const TriangleMesh& mesh) {
+  std::vector<int> first(mesh.vertices.size());
+  std::iota(first.begin(), first.end(), 0);
+  for (const std::vector<int>& facets : ConnectedComponents(mesh)) {
+    int lowest = static_cast<int>(mesh.vertices.size());
+    for (const int f : facets) lowest = std::min(lowest, mesh.faces[f].minCoeff());
+    for (const int f : facets) {
+      for (const int v : mesh.faces[f]) first[v] = lowest;
+    }
+  }
+  return first;
+}
+
+}  // namespace
 
 std::vector<double> WantedEdges(const TriangleMesh& mesh, const std::vector<Camera>& cameras,
                                 const std::vector<ViewDomain>& domains,
@@ -25,6 +43,8 @@ void RemeshState(const TriangleMesh& mesh, const MeshOrder& order,
   Remeshed made = Remesh(mesh, edge_length, RemeshOptions());
   std::vector<Eigen::Vector3d> input_position;
   std::vector<char> was_supported;
+  const std::vector<int> first = FirstOfPart(state->mesh);
+  state->part.clear();
   for (const RemeshedVertex& on : made.on) {
     Eigen::Vector3d position = Eigen::Vector3d::Zero();
     int nearest = 0;
@@ -33,7 +53,9 @@ void RemeshState(const TriangleMesh& mesh, const MeshOrder& order,
       if (on.weights[k] > on.weights[nearest]) nearest = k;
     }
     input_position.push_back(position);
-    was_supported.push_back(state->was_supported[order.vertex[mesh.faces[on.facet][nearest]]]);
+    const int from = order.vertex[mesh.faces[on.facet][nearest]];
+    was_supported.push_back(state->was_supported[from]);
+    state->part.push_back(first[from]);
   }
   state->remesh_start = {std::move(state->mesh), std::move(state->input_position),
                          std::move(state->was_supported)};
@@ -48,6 +70,7 @@ void UndoRemeshing(RefinementState* state) {
   state->input_position = std::move(state->remesh_start.input_position);
   state->was_supported = std::move(state->remesh_start.was_supported);
   state->remesh_start = {};
+  state->part.clear();
   state->order = OrderAlongCurve(state->mesh);
 }
 
