@@ -144,6 +144,22 @@ TEST(Remesh, NoisyCubeKeepsItsEdgesAsTheyWere) {
   EXPECT_LT(farthest, 0.15);
 }
 
+TEST(Remesh, NoIterationsMendSliversOnly) {
+  TriangleMesh before = RoundSphere(10, 4);
+  for (size_t f = 0; f < before.faces.size(); f += 37) {
+    const Eigen::Vector3i& face = before.faces[f];
+    before.vertices[face[0]] = 0.97 * before.vertices[face[1]] + 0.03 * before.vertices[face[2]];
+  }
+  EXPECT_GT(MeasureShapes(before).share_below_10, 0.05);
+  RemeshOptions options;
+  options.iterations = 0;
+  const Remeshed after = Remesh(before, Uniform(before, 1), options);
+  ExpectSound(before, after);
+  EXPECT_EQ(after.split_count, 0);
+  EXPECT_GT(after.mesh.faces.size(), before.faces.size() * 8 / 10);
+  EXPECT_EQ(MeasureShapes(after.mesh).share_below_10, 0);
+}
+
 TEST(Remesh, CoarseCubeIsCutFine) {
   const TriangleMesh before = Box({1, 1, 1}, 20);
   const Remeshed after = Remesh(before, Uniform(before, 2), {});

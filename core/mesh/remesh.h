@@ -19,7 +19,9 @@
 namespace burin {
 
 struct RemeshOptions {
-  int iterations = 4;  // of split, collapse, flip and relax
+  // Of split, collapse, flip and relax, before slivers are mended and vertices placed. 0: only the latter, for a mesh
+  // that has the right sizes already.
+  int iterations = 4;
 };
 
 // The place on the input that a new vertex stands for: where a caller reads what a vertex knew.
