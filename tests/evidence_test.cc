@@ -196,7 +196,7 @@ TEST(Evidence, APartIsJudgedByItself) {
   std::vector<ViewDomain> domains[2];
   std::vector<ViewPartners> held_back[2];
   const RoundContext first = context_of(before, &domains[0], &held_back[0]);
-  judge.BeginLevel(first, TermRounds({&photometric}, first));
+  judge.BeginLevel(first, TermRounds({&photometric}, first), LevelFacets::kSame, nullptr);
   const RoundContext last = context_of(after, &domains[1], &held_back[1]);
   const LevelVerdict verdict = judge.EndLevel(last, TermRounds({&photometric}, last), after);
   EXPECT_LT(verdict.report["after"], verdict.report["before"]);

@@ -328,7 +328,8 @@ TEST(Trim, DoesNotDependOnThreads) {
 class UndoAll : public LevelJudge {
  public:
   const std::vector<CameraPair>& HeldBackPairs() const override { return pairs_; }
-  void BeginLevel(const RoundContext& /*first*/, const TermRounds& /*terms*/) override {}
+  void BeginLevel(const RoundContext& /*first*/, const TermRounds& /*terms*/,
+                  LevelFacets /*facets*/, const nlohmann::json& /*report*/) override {}
   LevelVerdict EndLevel(const RoundContext& /*last*/, const TermRounds& /*terms*/,
                         const TriangleMesh& after) override {
     return {std::vector<char>(after.vertices.size(), 1), {}};

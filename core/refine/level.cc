@@ -81,6 +81,7 @@ void Level::Run(RefinementState* state, RefinementProgress* progress) {
   LevelSummary& summary = state->summary.levels.back();
   summary.left_out = summary.rounds.empty();
   summary.interrupted = progress->stopped();
+  if (state->remeshing > 0 && !summary.interrupted && frozen_ != nullptr) MendFacets(state);
   if (!summary.left_out) Judge(state);
   if (crossings_.has_value()) CountAtEnd(state);
   if (task_.observers.on_level) task_.observers.on_level(summary, task_.world.ToWorld(state->mesh));

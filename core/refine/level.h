@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/mesh/mesh.h"
+#include "core/mesh/remesh.h"
 #include "core/refine/crossing_guard.h"
 #include "core/refine/normalized_world.h"
 #include "core/refine/refinement_options.h"
@@ -65,6 +66,10 @@ class Level {
   void CutMesh(RefinementState* state);
   // Cuts the surface of the finest level anew and shows the judge what it was.
   void Remesh(RefinementState* state);
+  // After its rounds.
+  void MendFacets(RefinementState* state);
+  // Of mesh_, which is the state's in the order `order` and seen as frozen_ has it; frozen_ is null then.
+  void CutAnew(const MeshOrder& order, const RemeshOptions& remesh, RefinementState* state);
   // What round 0 of a level begins with, into the state and its summary.
   void BeginRounds(RefinementState* state);
   // Figures of a level as it begins and as it ends.

@@ -31,17 +31,33 @@ void Level::Remesh(RefinementState* state) {
                                   ReportBefore(*state));
     frozen_->terms.reset();
   }
+  CutAnew(order, RemeshOptions(), state);
+  LevelSummary& level = state->summary.levels.back();
+  level.remeshed_faces = static_cast<int>(state->remesh_start.mesh.faces.size());
+}
+
+// Its rounds make slivers at folds and depth steps.
+void Level::MendFacets(RefinementState* state) {
+  RemeshOptions options;
+  options.iterations = 0;
+  CutAnew(state->order, options, state);
+  mesh_ = Ordered(state->mesh, state->order);
+  if (crossings_.has_value()) crossings_.emplace(mesh_);
+  LevelSummary& level = state->summary.levels.back();
+  level.vertices = static_cast<int>(state->mesh.vertices.size());
+  level.faces = static_cast<int>(state->mesh.faces.size());
+}
+
+void Level::CutAnew(const MeshOrder& order, const RemeshOptions& remesh, RefinementState* state) {
+  const Stopwatch watch;
   std::vector<Camera> cameras;
   for (const LevelView& view : views_) cameras.push_back(view.camera);
-  const Stopwatch watch;
   RemeshingOptions options = task_.options.surface;
   options.chord_px = std::ldexp(options.chord_px, 1 - state->remeshing);
   const std::vector<double> lengths = WantedEdges(mesh_, cameras, frozen_->domains, options);
   frozen_.reset();
-  RemeshState(mesh_, order, lengths, state);
-  LevelSummary& level = state->summary.levels.back();
-  level.remeshed_faces = static_cast<int>(mesh_.faces.size());
-  level.remesh_seconds = watch.Seconds();
+  RemeshState(mesh_, order, lengths, remesh, state);
+  state->summary.levels.back().remesh_seconds += watch.Seconds();
 }
 
 void Level::ShowJudge(const RefinementState& state, const TriangleMesh& start,

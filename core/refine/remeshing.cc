@@ -35,15 +35,19 @@ std::vector<double> WantedEdges(const TriangleMesh& mesh, const std::vector<Came
   lengths.chord_px = options.chord_px;
   lengths.min_px = std::min(options.min_edge_px, options.max_edge_px);
   lengths.max_px = options.max_edge_px;
-  return EdgeLengths(mesh, PixelWidths(mesh, cameras, &visible), lengths);
+  std::vector<double> widths = PixelWidths(mesh, cameras, &visible);
+  // Where no view sees anything: the normalised world's.
+  if (!(widths[0] > 0)) widths.assign(widths.size(), 1);
+  return EdgeLengths(mesh, widths, lengths);
 }
 
 void RemeshState(const TriangleMesh& mesh, const MeshOrder& order,
-                 const std::vector<double>& edge_length, RefinementState* state) {
-  Remeshed made = Remesh(mesh, edge_length, RemeshOptions());
+                 const std::vector<double>& edge_length, const RemeshOptions& options,
+                 RefinementState* state) {
+  Remeshed made = Remesh(mesh, edge_length, options);
   std::vector<Eigen::Vector3d> input_position;
   std::vector<char> was_supported;
-  const std::vector<int> first = FirstOfPart(state->mesh);
+  const std::vector<int> first = state->part.empty() ? FirstOfPart(state->mesh) : state->part;
   state->part.clear();
   for (const RemeshedVertex& on : made.on) {
     Eigen::Vector3d position = Eigen::Vector3d::Zero();
@@ -57,8 +61,10 @@ void RemeshState(const TriangleMesh& mesh, const MeshOrder& order,
     was_supported.push_back(state->was_supported[from]);
     state->part.push_back(first[from]);
   }
-  state->remesh_start = {std::move(state->mesh), std::move(state->input_position),
-                         std::move(state->was_supported)};
+  if (state->remesh_start.mesh.vertices.empty()) {
+    state->remesh_start = {std::move(state->mesh), std::move(state->input_position),
+                           std::move(state->was_supported)};
+  }
   state->mesh = std::move(made.mesh);
   state->input_position = std::move(input_position);
   state->was_supported = std::move(was_supported);

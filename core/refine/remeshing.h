@@ -17,9 +17,10 @@ std::vector<double> WantedEdges(const TriangleMesh& mesh, const std::vector<Came
                                 const std::vector<ViewDomain>& domains,
                                 const RemeshingOptions& options);
 
-// `mesh` is the state's in the order `order`. What it was goes to state->remesh_start.
+// `mesh` is the state's in the order `order`. What it was goes to state->remesh_start, unless that has a mesh.
 void RemeshState(const TriangleMesh& mesh, const MeshOrder& order,
-                 const std::vector<double>& edge_length, RefinementState* state);
+                 const std::vector<double>& edge_length, const RemeshOptions& options,
+                 RefinementState* state);
 
 // The state's mesh as it was.
 void UndoRemeshing(RefinementState* state);
