@@ -60,7 +60,7 @@ TEST(RemeshedLevel, HasFewerAndBetterFacetsAndAsGoodASurface) {
   EXPECT_FALSE(level.undone);
   EXPECT_EQ(level.rounds.size(), 2U);
   EXPECT_EQ(level.rounds[0].round, 2);  // of the level's
-  EXPECT_LT(result.mesh.faces.size(), 0.8 * plain.mesh.faces.size());
+  EXPECT_LT(result.mesh.faces.size(), 0.9 * plain.mesh.faces.size());
   EXPECT_GT(MeanQuality(result.mesh), 0.94);
   EXPECT_LT(MeanQuality(plain.mesh), 0.9);
   const double before = RmseToTruthMesh(plain.mesh, Relief().truth, 20000);

@@ -17,12 +17,12 @@ struct EdgeLengthOptions {
   double max_px = 7;
   // An edge spans no more than this much of a bend, whatever min_px says, so that a rod of a pixel's radius stays
   // round; but no length is below floor_px. 0: any.
-  double max_turn_deg = 75;
+  double max_turn_deg = 60;
   double floor_px = 1;
   // Lengths grow by no more than this much a unit of length along the surface.
   double gradation = 0.4;
   // Normals are smoothed this often before curvature is read from them.
-  int smoothing_rounds = 5;
+  int smoothing_rounds = 3;
 };
 
 // Width of a pixel on the surface at each vertex, world units: camera footprint / sqrt(cos), the smallest over the

@@ -53,7 +53,10 @@ void Level::CutAnew(const MeshOrder& order, const RemeshOptions& remesh, Refinem
   std::vector<Camera> cameras;
   for (const LevelView& view : views_) cameras.push_back(view.camera);
   RemeshingOptions options = task_.options.surface;
-  options.chord_px = std::ldexp(options.chord_px, 1 - state->remeshing);
+  const double finer = std::pow(0.5, state->remeshing - 1);
+  options.chord_px *= finer;
+  options.min_edge_px *= std::sqrt(finer);
+  options.max_edge_px *= std::sqrt(finer);
   const std::vector<double> lengths = WantedEdges(mesh_, cameras, frozen_->domains, options);
   frozen_.reset();
   RemeshState(mesh_, order, lengths, remesh, state);

@@ -32,10 +32,10 @@ inline Choices<SurfaceFacets> ChoicesOf(SurfaceFacets) {
 
 struct RemeshingOptions {
   SurfaceFacets remesh = SurfaceFacets::kNone;
-  int rounds = 1;          // of the finest level, after it
-  double chord_px = 0.08;  // of EdgeLengthOptions
-  double min_edge_px = 5;
-  double max_edge_px = 8;
+  int rounds = 1;         // of the finest level, after it
+  double chord_px = 0.1;  // of EdgeLengthOptions
+  double min_edge_px = 4.5;
+  double max_edge_px = 6.5;
   void Describe(OptionSet* set);
 };
 
