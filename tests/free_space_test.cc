@@ -141,6 +141,40 @@ TEST(FreeSpace, ARunLeavesTheSheetAloneAndSeesThroughIt) {
   }
 }
 
+// The sheet has vertices of its own then.
+TEST(FreeSpace, TheSheetIsPutBackIntoASurfaceThatIsCutAnew) {
+  const SyntheticScene& synthetic = SceneOf(SyntheticKind::kMembrane);
+  PipelineOptions options;
+  options.refinement.level.finest = 1;
+  options.refinement.surface.remesh = SurfaceFacets::kAdapted;
+  FreeSpace found;
+  PipelineParts parts;
+  parts.measure_quality = true;
+  parts.on_free_space = [&](const FreeSpace& free_space) { found = free_space; };
+  const PipelineResult ignored = RunPipeline(synthetic.scene, synthetic.init, options, parts);
+  ASSERT_EQ(found.patches.size(), 1U);
+  ASSERT_FALSE(ignored.refinement.levels.back().undone);
+  const std::vector<int>& patch = found.patches[0].facets;
+  const size_t before = ignored.mesh.faces.size() - patch.size();
+  int lowest = static_cast<int>(ignored.mesh.vertices.size());
+  for (size_t k = 0; k < patch.size(); ++k) {
+    for (int c = 0; c < 3; ++c) {
+      const int v = ignored.mesh.faces[before + k][c];
+      EXPECT_EQ(ignored.mesh.vertices[v],
+                synthetic.init.vertices[synthetic.init.faces[patch[k]][c]]);
+      lowest = std::min(lowest, v);
+    }
+  }
+  for (size_t f = 0; f < before; ++f) EXPECT_LT(ignored.mesh.faces[f].maxCoeff(), lowest);
+  for (const VertexScalar& scalar : ignored.quality) {
+    EXPECT_EQ(scalar.values.size(), ignored.mesh.vertices.size());
+  }
+  EXPECT_EQ(std::count(ignored.seen_with_part.begin(), ignored.seen_with_part.end(), 1), 1);
+  options.surface.free_space = FreeSpaceAction::kCut;
+  const PipelineResult cut = RunPipeline(synthetic.scene, synthetic.init, options, parts);
+  EXPECT_EQ(cut.mesh.faces.size(), before);
+}
+
 // Two sheets before a camera that looks down z at the second.
 TEST(NearDepth, WhatIsNearerIsNeitherSeenNorHides) {
   TriangleMesh mesh;
