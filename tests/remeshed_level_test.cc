@@ -7,6 +7,7 @@
 
 #include "apps/run/pipeline.h"
 #include "core/evaluate/evaluation.h"
+#include "core/mesh/facet_quality.h"
 #include "core/refine/level_judge.h"
 #include "core/refine/normalized_world.h"
 #include "core/support/parallel.h"
@@ -34,16 +35,10 @@ PipelineResult Refined(const PipelineOptions& options, const PipelineParts& part
   return RunPipeline(Relief().scene, Relief().init, options, parts);
 }
 
-// 4 sqrt 3 A / (sum of squared edges): 1 for an equilateral triangle.
 double MeanQuality(const TriangleMesh& mesh) {
   double sum = 0;
-  for (size_t f = 0; f < mesh.faces.size(); ++f) {
-    double squares = 0;
-    for (int k = 0; k < 3; ++k) {
-      squares += (mesh.vertices[mesh.faces[f][(k + 1) % 3]] - mesh.vertices[mesh.faces[f][k]])
-                     .squaredNorm();
-    }
-    sum += 2 * std::sqrt(3) * FaceAreaNormal(mesh, static_cast<int>(f)).norm() / squares;
+  for (const Eigen::Vector3i& face : mesh.faces) {
+    sum += FacetQuality(mesh.vertices[face[0]], mesh.vertices[face[1]], mesh.vertices[face[2]]);
   }
   return sum / static_cast<double>(mesh.faces.size());
 }

@@ -2,15 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "core/mesh/facet_labels.h"
-#include "core/support/parallel.h"
 
 namespace burin {
 namespace {
 
-constexpr int kFacetGrain = 4096;
 // Of values. Without them castle-P30 has 570 loops of borders instead of 420; they cost fountain-P11 .0015 of F1 at 5 mm.
 constexpr int kDiffusionSteps = 10;
 constexpr int kClearPairs = 2;
@@ -23,28 +20,6 @@ constexpr double kNarrowClear = 0.8;
 constexpr float kObliqueZncc = 0.4F;
 constexpr double kObliquePx = 1000;  // square; the bridges of fountain-P11 are smaller
 
-// Means of what is a number over each facet and its neighbours, again and again.
-void Diffuse(const Adjacency& neighbors, std::vector<float>* values) {
-  std::vector<float> next(values->size());
-  for (int step = 0; step < kDiffusionSteps; ++step) {
-    ParallelFor(static_cast<int>(next.size()), kFacetGrain, [&](int begin, int end) {
-      for (int f = begin; f < end; ++f) {
-        float sum = 0;
-        float count = 0;
-        const auto add = [&](int g) {
-          if (!std::isfinite((*values)[g])) return;
-          sum += (*values)[g];
-          ++count;
-        };
-        add(f);
-        if (count > 0) std::for_each(neighbors.Begin(f), neighbors.End(f), add);
-        next[f] = sum / count;  // not a number where it was none
-      }
-    });
-    std::swap(*values, next);
-  }
-}
-
 // Where photographs show no texture, correlation and standard deviation vary from facet to facet.
 std::vector<FacetEvidence> WithSmoothValues(const Adjacency& neighbors,
                                             std::vector<FacetEvidence> facets) {
@@ -56,8 +31,8 @@ std::vector<FacetEvidence> WithSmoothValues(const Adjacency& neighbors,
     zncc.push_back(facet.zncc);
     log_sd.push_back(std::log(facet.sd_px));
   }
-  Diffuse(neighbors, &zncc);
-  Diffuse(neighbors, &log_sd);
+  DiffuseOverFacets(neighbors, kDiffusionSteps, &zncc);
+  DiffuseOverFacets(neighbors, kDiffusionSteps, &log_sd);
   for (size_t f = 0; f < facets.size(); ++f) {
     facets[f].zncc = zncc[f];
     facets[f].sd_px = std::exp(log_sd[f]);

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/mesh/smoothed_normals.h"
+#include "core/support/median.h"
 #include "core/support/parallel.h"
 
 namespace burin {
@@ -19,10 +20,11 @@ namespace {
 constexpr int kGrain = 2048;
 constexpr double kUnset = std::numeric_limits<double>::infinity();
 
-// Spreads values along edges: value[b] = min(value[b], next(value[a], |ab|)), from the smallest on.
-template <typename Next>
+// Spreads values along edges: value[b] = min(value[b], next(value[a], |ab|)), from the smallest on. lowered(a, b) is told of
+// each b that got less from a.
+template <typename Next, typename Lowered>
 void Spread(const TriangleMesh& mesh, const Adjacency& neighbors, const Next& next,
-            std::vector<double>* value) {
+            const Lowered& lowered, std::vector<double>* value) {
   using Entry = std::pair<double, int>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
   const auto spread_from = [&](int v) {
@@ -30,6 +32,7 @@ void Spread(const TriangleMesh& mesh, const Adjacency& neighbors, const Next& ne
       const double bound = next((*value)[v], (mesh.vertices[*w] - mesh.vertices[v]).norm());
       if (!(bound < (*value)[*w])) continue;
       (*value)[*w] = bound;
+      lowered(v, *w);
       queue.emplace(bound, *w);
     }
   };
@@ -99,34 +102,21 @@ std::vector<double> PixelWidths(const TriangleMesh& mesh, const std::vector<Came
     if (w < kUnset) seen.push_back(w);
   }
   if (seen.empty()) return std::vector<double>(count, 0.0);
-  std::nth_element(seen.begin(), seen.begin() + static_cast<long>(seen.size() / 2), seen.end());
-  const double median = seen[seen.size() / 2];
+  const double median = Median(std::move(seen));
   // The nearest along the surface; the median where nothing of a component is seen.
-  const Adjacency neighbors = VertexNeighbors(mesh, faces);
   std::vector<double> distance(count, kUnset);
   std::vector<int> nearest(count, -1);
-  using Entry = std::pair<double, int>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
   for (int v = 0; v < count; ++v) {
     if (!(width[v] < kUnset)) continue;
     distance[v] = 0;
     nearest[v] = v;
-    queue.emplace(0.0, v);
   }
-  while (!queue.empty()) {
-    const auto [from, v] = queue.top();
-    queue.pop();
-    if (from != distance[v]) continue;
-    for (const int* w = neighbors.Begin(v); w != neighbors.End(v); ++w) {
-      const double to = from + (mesh.vertices[*w] - mesh.vertices[v]).norm();
-      if (!(to < distance[*w])) continue;
-      distance[*w] = to;
-      nearest[*w] = nearest[v];
-      queue.emplace(to, *w);
-    }
-  }
+  Spread(
+      mesh, VertexNeighbors(mesh, faces), [](double from, double way) { return from + way; },
+      [&](int from, int to) { nearest[to] = nearest[from]; }, &distance);
   for (int v = 0; v < count; ++v) {
-    if (distance[v] > 0) width[v] = unseen_factor * (nearest[v] >= 0 ? width[nearest[v]] : median);
+    if (nearest[v] == v) continue;
+    width[v] = unseen_factor * (nearest[v] >= 0 ? width[nearest[v]] : median);
   }
   return width;
 }
@@ -182,7 +172,8 @@ std::vector<double> EdgeLengths(const TriangleMesh& mesh, const std::vector<doub
   const Adjacency faces = VertexFaces(mesh);
   Spread(
       mesh, VertexNeighbors(mesh, faces),
-      [&](double from, double distance) { return from + options.gradation * distance; }, &length);
+      [&](double from, double distance) { return from + options.gradation * distance; },
+      [](int, int) {}, &length);
   return length;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <tuple>
 #include <utility>
 
@@ -17,17 +18,7 @@ constexpr char kKept = 0;
 
 void Diffuse(const Adjacency& neighbors, std::vector<char>* labels) {
   std::vector<float> share(labels->begin(), labels->end());
-  std::vector<float> next(share.size());
-  for (int step = 0; step < kDiffusionSteps; ++step) {
-    ParallelFor(static_cast<int>(share.size()), kFacetGrain, [&](int begin, int end) {
-      for (int f = begin; f < end; ++f) {
-        float sum = share[f];
-        for (const int* n = neighbors.Begin(f); n != neighbors.End(f); ++n) sum += share[*n];
-        next[f] = sum / static_cast<float>(1 + neighbors.Degree(f));
-      }
-    });
-    std::swap(share, next);
-  }
+  DiffuseOverFacets(neighbors, kDiffusionSteps, &share);
   for (size_t f = 0; f < share.size(); ++f) (*labels)[f] = share[f] > 0.5F ? kCut : kKept;
 }
 
@@ -157,6 +148,27 @@ Adjacency FacetNeighbors(const TriangleMesh& mesh) {
   }
   for (size_t f = 0; f < mesh.faces.size(); ++f) neighbors.start[f + 1] += neighbors.start[f];
   return neighbors;
+}
+
+void DiffuseOverFacets(const Adjacency& neighbors, int steps, std::vector<float>* values) {
+  std::vector<float> next(values->size());
+  for (int step = 0; step < steps; ++step) {
+    ParallelFor(static_cast<int>(next.size()), kFacetGrain, [&](int begin, int end) {
+      for (int f = begin; f < end; ++f) {
+        float sum = 0;
+        float count = 0;
+        const auto add = [&](int g) {
+          if (!std::isfinite((*values)[g])) return;
+          sum += (*values)[g];
+          ++count;
+        };
+        add(f);
+        if (count > 0) std::for_each(neighbors.Begin(f), neighbors.End(f), add);
+        next[f] = sum / count;  // not a number where it was none
+      }
+    });
+    std::swap(*values, next);
+  }
 }
 
 std::vector<std::vector<int>> FacetPatches(const Adjacency& neighbors,

@@ -11,6 +11,9 @@ namespace burin {
 // Facets that share an edge with each facet, ascending, as rows of an Adjacency by facet.
 Adjacency FacetNeighbors(const TriangleMesh& mesh);
 
+// The mean over each facet and its neighbours, again and again. What is not a number takes no part and stays.
+void DiffuseOverFacets(const Adjacency& neighbors, int steps, std::vector<float>* values);
+
 // The facets with chosen[f] = 1 that hang together over common edges: ascending lists, by their first facets.
 std::vector<std::vector<int>> FacetPatches(const Adjacency& neighbors,
                                            const std::vector<char>& chosen);

@@ -20,13 +20,6 @@ constexpr int kVertexGrain = 1024;
 
 }  // namespace
 
-double FacetQuality(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
-  const Eigen::Vector3d u = b - a;
-  const Eigen::Vector3d v = c - a;
-  const double squares = u.squaredNorm() + v.squaredNorm() + (u - v).squaredNorm();
-  return squares > 0 ? 2 * std::sqrt(3.0) * u.cross(v).norm() / squares : 0.0;
-}
-
 FacetFit FitOf(const RemeshVertex& a, const RemeshVertex& b, const RemeshVertex& c) {
   const Eigen::Vector3d u = b.position - a.position;
   const Eigen::Vector3d v = c.position - a.position;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/mesh/facet_quality.h"
 #include "core/mesh/mesh.h"
 #include "core/mesh/remesh.h"
 #include "core/mesh/surface_walk.h"
@@ -21,9 +22,6 @@ struct RemeshVertex {
   int border = -1;  // at a border: the nearest stretch of the input's (RemeshState::border_next)
   int fixed = -1;   // the input vertex that it is and stays; -1: it may move
 };
-
-// 4 sqrt(3) area / sum of squared edge lengths: 1 for an equilateral triangle, 0 for one without area.
-double FacetQuality(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c);
 
 // What a facet that remeshing makes is judged by: its quality, and the cosine of its normal to the input's normals
 // at its corners; -1 without area.

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+
+#include "core/mesh/facet_quality.h"
 
 namespace burin {
 namespace {
@@ -15,11 +16,7 @@ constexpr double kLeastCosine = 0.5;
 
 double Quality(const TriangleMesh& mesh, int f) {
   const Eigen::Vector3i& face = mesh.faces[f];
-  double squares = 0;
-  for (int c = 0; c < 3; ++c) {
-    squares += (mesh.vertices[face[c]] - mesh.vertices[face[(c + 1) % 3]]).squaredNorm();
-  }
-  return squares > 0 ? 2 * std::sqrt(3.0) * FaceAreaNormal(mesh, f).norm() / squares : 0;
+  return FacetQuality(mesh.vertices[face[0]], mesh.vertices[face[1]], mesh.vertices[face[2]]);
 }
 
 struct RimVertex {
