@@ -2,9 +2,9 @@
 //
 //   E_smooth = weight / 2 * sum_v | L V |_v^2 / h_v^2,      h_v = mean edge length at v, frozen
 //
-// For the umbrella, |L V| is close to h^2/4 |Laplace(u)|. So the sum is close to weight/32 times the
-// integral of |Laplace(u)|^2 over the surface: it has no unit and hardly depends on how finely the mesh is
-// cut. (For the bi-Laplacian it does depend on that.)
+// For the umbrella, |L V| is close to h^2/4 |Laplace(u)|. So the sum is 1.1 to 1.5 times weight/32 times the
+// integral of |Laplace(u)|^2 over the surface: it has no unit and hardly depends on how the mesh is cut, finely or
+// coarsely, evenly or adapted. (For the bi-Laplacian it does depend on that.)
 //
 // A vertex that keeps its shape (RoundContext::keeps_shape: the round has no evidence for it, or it is on a
 // part thinner than a window) has as target L V at the start of the round. So it follows its surroundings and

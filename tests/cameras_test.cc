@@ -177,7 +177,9 @@ TEST(Cameras, GroupsWithoutCommonTracksHaveFramesOfTheirOwn) {
     if (pair.reference == 4 || pair.second == 4 || (pair.second < 4) != first) continue;
     pairs.push_back(pair);
   }
-  const TrackStep step = RefineByTracks(Noisy().scene, Noisy().init, pairs, TrackRule::kBetter);
+  Scene without_tracks = Noisy().scene;
+  without_tracks.tracks = Tracks();
+  const TrackStep step = RefineByTracks(without_tracks, Noisy().init, pairs, TrackRule::kBetter);
   ASSERT_EQ(step.groups.size(), 2U);
   EXPECT_EQ(step.groups[0].views, (std::vector<int>{0, 1, 2, 3}));
   EXPECT_EQ(step.groups[1].views, (std::vector<int>{5, 6, 7, 8}));

@@ -54,7 +54,10 @@ struct PosePrior {
   }
 };
 
-bool IsKeptOut(size_t track) { return track % 5 == 4; }
+// Sparse tracks are what the cameras given were made of: they do not judge.
+bool IsKeptOut(const MeshTracks& found, size_t track) {
+  return track < found.windows && track % 5 == 4;
+}
 
 double Cauchy(double squared, double scale) {
   return 0.5 * scale * scale * std::log1p(squared / (scale * scale));
@@ -109,7 +112,7 @@ double LossOf(const MeshTracks& found, const std::vector<Camera>& cameras, size_
 class BundleProblem {
  public:
   BundleProblem(const Scene& scene, const MeshTracks& found, IntrinsicUnknowns unknowns)
-      : found_(found), intrinsics_(scene, found, unknowns) {
+      : found_(found), intrinsics_(scene, found_, unknowns) {
     for (const View& view : scene.views) {
       cameras_.push_back(view.camera);
       poses_.push_back(PoseOf(view.camera));
@@ -140,6 +143,7 @@ class BundleProblem {
       }
     }
     bundle.sigma = sigma_;
+    bundle.sparse_scale = found_.sparse_scale;
     bundle.cameras = cameras_;
     intrinsics_.Report(&bundle.lenses, &bundle.shared);
     return bundle;
@@ -150,7 +154,7 @@ class BundleProblem {
   void MakePoints() {
     points_ = found_.points;
     for (size_t p = 0; p < found_.tracks.PointCount(); ++p) {
-      if (IsKeptOut(p)) continue;
+      if (IsKeptOut(found_, p)) continue;
       const Eigen::Vector3d nearest = NearestToRays(cameras_, found_.tracks.Of(p));
       bool before_all = nearest.allFinite();
       for (const Measurement& measured : found_.tracks.Of(p)) {
@@ -161,12 +165,13 @@ class BundleProblem {
     }
   }
 
-  // From the residuals as they are.
+  // From the residuals as they are, windows and sparse points each by their own.
   double LossScale(double* median_px) {
-    std::vector<double> distances;
+    std::vector<double> distances[2];
     std::vector<double> pixels;
     std::vector<double> coordinates;
     for (const size_t p : used_) {
+      const bool is_sparse = p >= found_.windows;
       for (const Measurement& measured : found_.tracks.Of(p)) {
         Residual residual;
         const double pixel = found_.pixel[measured.view];
@@ -175,18 +180,23 @@ class BundleProblem {
         } else if (!ResidualOf(cameras_[measured.view], measured, pixel, points_[p], &residual)) {
           continue;
         }
-        distances.push_back(residual.value.norm());
-        pixels.push_back(distances.back() * pixel);
+        distances[is_sparse ? 1 : 0].push_back(residual.value.norm());
+        if (is_sparse) continue;
+        pixels.push_back(distances[0].back() * pixel);
         coordinates.push_back(std::abs(residual.value.x()));
         coordinates.push_back(std::abs(residual.value.y()));
       }
     }
-    if (distances.empty()) return kFinestLossPx;
+    if (distances[0].empty()) return kFinestLossPx;
     *median_px = Median(pixels);
-    const auto known = static_cast<double>(coordinates.size());
+    const auto known = static_cast<double>(coordinates.size() + 2 * distances[1].size());
     const double free = std::max(1.0, known - Unknowns());
     sigma_ = kSigmaOfMedian * Median(coordinates) * std::sqrt(known / free);
-    return std::max(kFinestLossPx, kMedians * Median(distances));
+    const double median = Median(distances[0]);
+    if (!distances[1].empty() && median > 0) {
+      found_.sparse_scale = std::max(1.0, Median(distances[1]) / median);
+    }
+    return std::max(kFinestLossPx, kMedians * median);
   }
 
   // Of points and views, less the freedoms of every group's world.
@@ -210,10 +220,11 @@ class BundleProblem {
       for (const Measurement& measured : found_.tracks.Of(p)) {
         const int v = measured.view;
         if (intrinsics_.AreFreeIn(v)) {
-          intrinsics_.Add(measured, &cauchy, &poses_[v], &points_[p], &problem);
+          intrinsics_.Add(measured, found_.ScaleOf(p, v), &cauchy, &poses_[v], &points_[p],
+                          &problem);
         } else {
           auto* cost = new ceres::AutoDiffCostFunction<Reprojection, 2, 7, 3>(
-              new Reprojection{start_[v], measured.image_point, found_.pixel[v]});
+              new Reprojection{start_[v], measured.image_point, found_.ScaleOf(p, v)});
           problem.AddResidualBlock(cost, &cauchy, poses_[v].data(), points_[p].data());
         }
         depth[v] += cameras_[v].Depth(points_[p]);
@@ -250,7 +261,7 @@ class BundleProblem {
     intrinsics_.FindDeviations(blocks, &problem);
   }
 
-  const MeshTracks& found_;
+  MeshTracks found_;
   std::vector<Camera> start_;
   std::vector<Camera> cameras_;  // now
   std::vector<CameraPose> poses_;
@@ -299,7 +310,7 @@ TrackAgreement CompareKeptOut(int group, const MeshTracks& tracks_before,
   std::vector<double> changes;
   for (size_t p = 0; p < tracks_before.tracks.PointCount(); ++p) {
     const int first = tracks_before.tracks.Of(p).first->view;
-    if (!IsKeptOut(p) || tracks_before.groups.of_view[first] != group) continue;
+    if (!IsKeptOut(tracks_before, p) || tracks_before.groups.of_view[first] != group) continue;
     const double loss_before = LossOf(tracks_before, before, p);
     const double loss_after = LossOf(tracks_after, after, p);
     if (loss_before < 0 || loss_after < 0) continue;

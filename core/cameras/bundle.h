@@ -5,8 +5,9 @@
 //   + sum over views       1/2 | W_v (pose_v - pose_v at the start) |^2
 //   + sum over cameras     1/2 | q / kPriorPx |^2
 //
-// X: the track's point, free. rho: Cauchy's, its scale from 1.5 medians of the residuals down to half a pixel of the
-// images that were searched (s_v pixels of the photograph). W_v: a prior of kPriorPx pixels at the surface for rotation
+// X: the track's point, free. s_v: pixels of the photograph to one of the image searched, of sparse points times how much
+// larger the median of their residuals is than that of windows. rho: Cauchy's, its scale from 1.5 medians of the residuals down to half a pixel of the
+// images that were searched . W_v: a prior of kPriorPx pixels at the surface for rotation
 // and centre each, so that weak modes do not run away. Views of no group (core/cameras/view_groups.h) stay. Every group has
 // a world of its own: to put them into the input's frame is the caller's.
 //
@@ -50,9 +51,11 @@ struct Bundle {
   int tracks = 0;                        // used
   int measurements = 0;
   std::vector<int> measured;  // of every view, those used
-  double median_before = 0;   // distance of a measurement from its point, pixels of the photograph
+  double median_before =
+      0;  // distance of a window's measurement from its point, pixels of the photograph
   double median_after = 0;
-  // Of a measurement's coordinate after, pixels of the images searched: robust, for what the unknowns leave free.
+  double sparse_scale = 1;  // MeshTracks::sparse_scale
+  // Of a window's coordinate after, pixels of the images searched: robust, for what the unknowns leave free.
   double sigma = 0;
 };
 

@@ -62,12 +62,12 @@ Eigen::Vector2d IntrinsicsSolve::Offset(const CameraPose& pose, const Eigen::Vec
   return offset;
 }
 
-void IntrinsicsSolve::Add(const Measurement& measured, ceres::LossFunction* loss, CameraPose* pose,
-                          Eigen::Vector3d* point, ceres::Problem* problem) {
+void IntrinsicsSolve::Add(const Measurement& measured, double scale, ceres::LossFunction* loss,
+                          CameraPose* pose, Eigen::Vector3d* point, ceres::Problem* problem) {
   const int c = camera_of_[measured.view];
   auto* cost =
       new ceres::AutoDiffCostFunction<LensReprojection, 2, CameraPose::kSize, kIntrinsics, 3>(
-          new LensReprojection{shared_[c], Photographed(measured), tracks_.pixel[measured.view]});
+          new LensReprojection{shared_[c], Photographed(measured), scale});
   problem->AddResidualBlock(cost, loss, pose->data(), numbers_[c].data(), point->data());
 }
 

@@ -28,7 +28,8 @@ class IntrinsicsSolve {
   // From where the photograph of such a view has a measurement to where it shows the point: pixels.
   Eigen::Vector2d Offset(const CameraPose& pose, const Eigen::Vector3d& point,
                          const Measurement& measured) const;
-  void Add(const Measurement& measured, ceres::LossFunction* loss, CameraPose* pose,
+  // `scale`: pixels of the photograph that its residual is 1 at.
+  void Add(const Measurement& measured, double scale, ceres::LossFunction* loss, CameraPose* pose,
            Eigen::Vector3d* point, ceres::Problem* problem);
   void AddPriors(ceres::Problem* problem, ceres::ParameterBlockOrdering* ordering);
   // After a solve: intrinsics to the cameras.

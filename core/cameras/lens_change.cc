@@ -40,7 +40,8 @@ MeshTracks SeenThrough(const MeshTracks& tracks, const Scene& scene,
                        const std::vector<Camera>& cameras, const std::vector<Lens>& lenses) {
   if (lenses.empty()) return tracks;
   const std::vector<LensChange> changes = ChangesOf(scene, cameras, lenses);
-  MeshTracks seen{tracks.points, {}, tracks.pixel, tracks.groups};
+  MeshTracks seen{tracks.points, tracks.windows, {},
+                  tracks.pixel,  tracks.groups,  tracks.sparse_scale};
   for (size_t p = 0; p < tracks.tracks.PointCount(); ++p) {
     seen.tracks.BeginPoint();
     for (Measurement measured : tracks.tracks.Of(p)) {

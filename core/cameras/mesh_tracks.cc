@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "core/cameras/sparse_tracks.h"
 #include "core/evidence/match_grid.h"
 #include "core/evidence/window_places.h"
 #include "core/support/parallel.h"
@@ -105,9 +106,13 @@ MeshTracks FindMeshTracks(const Scene& scene, const TriangleMesh& mesh,
       for (const Measurement& measured : of_place[i][k]) found.tracks.Add(measured);
     }
   }
+  const size_t windows = points.size();
+  AppendSparseTracks(scene, &points, &found.tracks);
   std::vector<int> kept;
   found.groups = GroupViews(view_count, &found.tracks, &kept);
   for (const int p : kept) found.points.push_back(points[p]);
+  found.windows =
+      std::lower_bound(kept.begin(), kept.end(), static_cast<int>(windows)) - kept.begin();
   return found;
 }
 

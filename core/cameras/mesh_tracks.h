@@ -22,10 +22,18 @@ namespace burin {
 
 struct MeshTracks {
   std::vector<Eigen::Vector3d> points;  // on the mesh, world
+  size_t windows = 0;                   // the first ones; then sparse points of the scene
   Tracks tracks;                        // pixels of the photographs; a window's own view first
   std::vector<double>
       pixel;  // of every view: pixels of the photograph to one of the image searched
   ViewGroups groups;
+  // How much less sure the places of sparse points are than those of windows; AdjustBundle() finds it.
+  double sparse_scale = 1;
+
+  // What residuals of a track are divided by, pixels of the photograph.
+  double ScaleOf(size_t track, int view) const {
+    return pixel[view] * (track < windows ? 1 : sparse_scale);
+  }
 };
 
 // Of pairs that FirstPartners() leaves of `pairs`, kMatchingPartners a view. The same for any number of threads.

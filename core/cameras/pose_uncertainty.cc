@@ -94,7 +94,7 @@ std::vector<double> PoseDeviations(const std::vector<Camera>& cameras, const Mes
     std::vector<std::pair<int, Eigen::Matrix<double, 6, 3>>> couplings;
     for (const Measurement& measured : track) {
       const Camera& camera = cameras[measured.view];
-      const double pixel = tracks.pixel[measured.view];
+      const double pixel = tracks.ScaleOf(p, measured.view);
       Matrix26 by_pose;
       Matrix23 by_point;
       Derivatives(camera, point, &by_pose, &by_point);

@@ -16,8 +16,11 @@
 namespace burin {
 namespace {
 
-// Of the images searched: small ones reach further, and large ones measure finer.
-constexpr int kSidePx[] = {kMatchSidePx, 2 * kMatchSidePx};
+// Passes: the first searches small images, which reach further, the others large ones, which measure finer. After two they
+// go on while the last moved by more than this, RMS over the views that see the surface, in pixels.
+constexpr int kFewestPasses = 2;
+constexpr int kMostPasses = 5;
+constexpr double kSettledPx = 0.5;
 
 constexpr double kFarOff =
     4;  // a view is misregistered that moves by so many medians of the others,
@@ -186,10 +189,13 @@ TrackStep RefineByTracks(const Scene& scene, const TriangleMesh& mesh,
   Scene now = scene;
   MeshTracks tracks;
   MeshTracks tracks_given;  // in the images given
-  for (const int side_px : kSidePx) {
-    tracks = FindMeshTracks(now, mesh, pairs, side_px);
+  double last_px = 0;       // what the last pass moved
+  for (int pass = 0; pass < kFewestPasses || (last_px > kSettledPx && pass < kMostPasses); ++pass) {
+    const std::vector<Camera> before = CamerasOf(now);
+    tracks = FindMeshTracks(now, mesh, pairs, pass == 0 ? kMatchSidePx : 2 * kMatchSidePx);
     step.bundle = AdjustBundle(now, tracks, unknowns);
     const Bundle& bundle = step.bundle;
+    tracks.sparse_scale = bundle.sparse_scale;
     step.groups = LargestFirst(tracks.groups);
     if (FoldsEarlier(scene, bundle.cameras, bundle.lenses)) {
       step.moved_px = unknown;
@@ -203,6 +209,7 @@ TrackStep RefineByTracks(const Scene& scene, const TriangleMesh& mesh,
     HoldFrames(scene, given, surface, &step);
     photographs = WithIntrinsics(scene, bundle.cameras, bundle.lenses);
     now = WithCameras(photographs, bundle.cameras);
+    last_px = MeasureCameraErrors(bundle.cameras, SightingsOf(before, surface), {}).rms_px;
   }
   step.deviation_px =
       PoseDeviations(step.bundle.cameras, tracks, step.bundle.sigma, kFinestLossPx, surface);

@@ -1,6 +1,7 @@
 // The first step of refining cameras: tracks through the mesh (core/cameras/mesh_tracks.h) and their bundle
 // adjustment (core/cameras/bundle.h), twice: the second time through cameras that are nearly right, in images of
-// twice the size. It takes pixels of error away. Of errors that the rough mesh hides it knows nothing.
+// twice the size; and up to thrice more while they still move by half a pixel. It takes pixels of error away. Of errors
+// that the rough mesh hides it knows nothing.
 //
 // Each group of views that tracks hold together (core/cameras/view_groups.h) is put where the surface's image moves
 // least: nothing says how groups lie to each other but the cameras given. Its cameras are kept where they are better than

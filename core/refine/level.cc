@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -48,7 +49,7 @@ Level::Level(const RefinementTask& task, int level, const std::vector<Camera>& c
 void Level::Run(RefinementState* state, RefinementProgress* progress) {
   if (state->round == 0) {
     state->summary.levels.emplace_back();
-    if (state->remeshing > 0) {
+    if (state->CutsAnew()) {
       Remesh(state);
     } else {
       CutMesh(state);
@@ -63,11 +64,7 @@ void Level::Run(RefinementState* state, RefinementProgress* progress) {
   }
   if (state->round > 0) ShowJudgeTheStart(*state);
   const int rounds = Rounds(*state);
-  if (state->remeshing > 1) {
-    progress->RoundsSpared(level_, -rounds);  // not counted on
-  } else if (state->remeshing == 0) {
-    progress->RoundsSpared(level_, task_.options.level.RoundsAt(level_) - rounds);
-  }
+  progress->RoundsSpared(level_, PlannedRounds(task_.options, level_, state->remeshing) - rounds);
   while (state->round < rounds) {
     if (!RunRound(state, progress)) {
       progress->RoundsSpared(level_, rounds - state->round);
@@ -81,22 +78,29 @@ void Level::Run(RefinementState* state, RefinementProgress* progress) {
   LevelSummary& summary = state->summary.levels.back();
   summary.left_out = summary.rounds.empty();
   summary.interrupted = progress->stopped();
-  if (state->remeshing > 0 && !summary.interrupted && frozen_ != nullptr) MendFacets(state);
+  if (state->CutsAnew() && !summary.interrupted && frozen_ != nullptr) MendFacets(state);
   if (!summary.left_out) Judge(state);
   if (crossings_.has_value()) CountAtEnd(state);
   if (task_.observers.on_level) task_.observers.on_level(summary, task_.world.ToWorld(state->mesh));
 }
 
 int Level::Rounds(const RefinementState& state) const {
-  if (state.remeshing > 0) return task_.options.surface.rounds;
+  const LevelOptions& level = task_.options.level;
+  const RemeshingOptions& surface = task_.options.surface;
+  if (state.CutsAnew()) return surface.rounds;
+  if (state.remeshing > 0) return level.rounds - surface.RoundsBefore(level.rounds);
   const bool late = level_ != task_.first_level && IsFirst(state.summary.levels);
-  return task_.options.level.RoundsAt(level_) + (late ? task_.options.level.extra_rounds : 0);
+  const int all = level.RoundsAt(level_) + (late ? level.extra_rounds : 0);
+  return level_ == level.finest ? surface.RoundsBefore(all) : all;
 }
 
 int Level::RoundNumber(const RefinementState& state) const {
-  if (state.remeshing == 0) return state.round;
-  return task_.options.level.rounds + (state.remeshing - 1) * task_.options.surface.rounds +
-         state.round;
+  const std::vector<LevelSummary>& levels = state.summary.levels;
+  return std::accumulate(levels.begin(), levels.end() - 1, state.round,
+                         [&](int sum, const LevelSummary& other) {
+                           const bool same = other.level == level_ && !other.left_out;
+                           return sum + (same ? static_cast<int>(other.rounds.size()) : 0);
+                         });
 }
 
 void Level::CutMesh(RefinementState* state) {
@@ -189,7 +193,7 @@ bool Level::RunRound(RefinementState* state, RefinementProgress* progress) {
   const bool last = state->round + 1 == Rounds(*state);
   const Stopwatch visibility_watch;
   frozen_.reset();
-  frozen_ = Freeze(*state, /*hold_back=*/last || (state->round == 0 && state->remeshing == 0));
+  frozen_ = Freeze(*state, /*hold_back=*/last || (state->round == 0 && !state->CutsAnew()));
   RoundContext& context = frozen_->context;
   summary.visibility_seconds = visibility_watch.Seconds();
   for (const ViewDomain& domain : frozen_->domains) {
@@ -236,7 +240,7 @@ std::optional<std::vector<Eigen::Vector3d>> Level::Solve(RefinementState* state,
   if (joint) parameters.cameras = PosesOf(views_);
   RoundProblem problem(*frozen_->terms, frozen_->context, &parameters);
   summary->build_seconds = build_watch.Seconds();
-  if (task_.parts.judge != nullptr && state->round == 0 && state->remeshing == 0) {
+  if (task_.parts.judge != nullptr && state->round == 0 && !state->CutsAnew()) {
     task_.parts.judge->BeginLevel(frozen_->context, *frozen_->terms, LevelFacets::kSame, nullptr);
   }
   summary->supported_vertices = FindSupport(*frozen_->terms, state->order, task_.options.hidden,

@@ -77,7 +77,7 @@ void Level::ShowJudge(const RefinementState& state, const TriangleMesh& start,
 
 void Level::ShowJudgeTheStart(const RefinementState& state) {
   if (task_.parts.judge == nullptr) return;
-  if (state.remeshing > 0) {
+  if (state.CutsAnew()) {
     const TriangleMesh& start = state.remesh_start.mesh;
     ShowJudge(state, Ordered(start, OrderAlongCurve(start)), state.level_start.cameras,
               LevelFacets::kOther);
@@ -101,7 +101,7 @@ void Level::Judge(RefinementState* state) {
   LevelSummary& level = state->summary.levels.back();
   level.held_back = verdict.report;
   bool all = true;
-  if (state->remeshing > 0) {
+  if (state->CutsAnew()) {
     level.undone = std::find(verdict.undo.begin(), verdict.undo.end(), 1) != verdict.undo.end();
     if (!level.undone) return;
     level.undone_vertices = level.vertices;

@@ -16,8 +16,6 @@
 namespace burin {
 namespace {
 
-constexpr int kRemeshings = 2;  // times that it is tried
-
 // A round frees millions of small blocks (residuals, Jacobian cells) that the next level's large arrays
 // cannot use; give their pages back instead of carrying them through the run.
 void ReturnFreeMemory() {
@@ -39,14 +37,18 @@ RefinementState FirstState(const RefinementTask& task, const TriangleMesh& input
   return state;
 }
 
-// The finest level is followed by another one on a surface cut anew, where some level has moved anything; that by a finer
-// one where the guard undid it.
-bool IsRemeshedNext(const RefinementOptions& options, const RefinementState& state) {
+// The finest level's last rounds are another level on a surface cut anew, where some level has moved anything; that is followed
+// by a finer one where the guard undid it, and by one on the surface as it was.
+bool FinestGoesOn(const RefinementOptions& options, const RefinementState& state) {
   const std::vector<LevelSummary>& levels = state.summary.levels;
   if (options.surface.remesh == SurfaceFacets::kNone || state.level != options.level.finest) {
     return false;
   }
-  if (state.remeshing > 0) return state.remeshing < kRemeshings && levels.back().undone;
+  if (state.remeshing == 2) {
+    const int rounds = options.level.rounds;
+    return levels.back().undone && options.surface.RoundsBefore(rounds) < rounds;
+  }
+  if (state.remeshing > 0) return state.CutsAnew() && levels.back().undone;
   return std::any_of(levels.begin(), levels.end(),
                      [](const LevelSummary& level) { return !level.left_out && !level.undone; });
 }
@@ -84,7 +86,7 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
     }
     level->Run(&state, &progress);
     if (progress.stopped()) break;
-    if (IsRemeshedNext(options, state)) {
+    if (FinestGoesOn(options, state)) {
       ++state.remeshing;
     } else if (--state.level < options.level.finest) {
       break;

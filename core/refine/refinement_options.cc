@@ -36,7 +36,8 @@ void RemeshingOptions::Describe(OptionSet* set) {
       "surface.remesh", &remesh,
       "After the finest level: cut the surface anew into well-shaped facets, their size adapted "
       "to how it bends, or leave its facets");
-  set->Add("surface.rounds", &rounds, "Rounds of the finest level after surface.remesh", 1, 1000);
+  set->Add("surface.rounds", &rounds,
+           "Of level.rounds, those after surface.remesh; one at least is before it", 1, 1000);
   set->Add(
       "surface.chord_px", &chord_px,
       "Largest distance between an edge and the surface that it spans, pixels of the view that "

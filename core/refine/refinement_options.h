@@ -1,6 +1,8 @@
 // The options of the coarse-to-fine loop (core/refine/refinement.h).
 #pragma once
 
+#include <algorithm>
+
 #include "core/refine/local_guard.h"
 #include "core/scene/cameras_options.h"
 #include "core/solve/solver_strategy.h"
@@ -32,11 +34,16 @@ inline Choices<SurfaceFacets> ChoicesOf(SurfaceFacets) {
 
 struct RemeshingOptions {
   SurfaceFacets remesh = SurfaceFacets::kNone;
-  int rounds = 1;         // of the finest level, after it
+  int rounds = 1;         // of level.rounds, those after it
   double chord_px = 0.1;  // of EdgeLengthOptions
   double min_edge_px = 4.5;
   double max_edge_px = 6.5;
   void Describe(OptionSet* set);
+
+  // Of `rounds` of the finest level, those before it.
+  int RoundsBefore(int all) const {
+    return remesh == SurfaceFacets::kNone ? all : std::max(1, all - rounds);
+  }
 };
 
 // What becomes of vertices that a pair saw in an earlier round and none sees now

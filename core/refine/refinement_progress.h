@@ -7,6 +7,9 @@
 
 namespace burin {
 
+// Rounds that are counted on: those of a second try to cut the surface anew are not (RefinementState::remeshing).
+int PlannedRounds(const RefinementOptions& options, int level, int remeshing);
+
 class RefinementProgress {
  public:
   // Of a refinement from level `first_level` on that begins, or goes on, at `start`.

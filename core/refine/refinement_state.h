@@ -101,9 +101,11 @@ struct RemeshStart {
 
 struct RefinementState {
   int level = 0;  // of the pyramid, the one in work
-  // The finest level once more, on a surface that is cut anew before round 0: the first time, or the second with half
-  // the chord, as the guard undid that; 0: not.
+  // Of the finest level, once its rounds before remeshing are done: its last rounds on a surface that is cut anew before
+  // round 0, the first time (1), or the second with half the chord, as the guard undid that (2); on the surface as it was,
+  // as it undid both (3).
   int remeshing = 0;
+  bool CutsAnew() const { return remeshing == 1 || remeshing == 2; }
   int round = 0;      // on it, the next to run; 0: the level's preparations are to be made
   TriangleMesh mesh;  // normalised world; input vertices first, then new ones as made
   std::vector<Eigen::Vector3d> input_position;  // of mesh.vertices, on the surface of the input
