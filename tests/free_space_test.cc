@@ -75,6 +75,7 @@ TEST(FreeSpace, TheSheetBeforeACameraIsFoundAndNothingElse) {
 TEST(FreeSpace, WithoutSparsePointsThePhotographsSayIt) {
   SyntheticScene synthetic = SceneOf(SyntheticKind::kMembrane);
   synthetic.scene.points.clear();
+  synthetic.scene.tracks = Tracks();
   const FreeSpace free_space = Find(synthetic);
   ASSERT_EQ(free_space.patches.size(), 1U);
   EXPECT_GT(free_space.patches[0].facets.size(), 300U);
@@ -102,6 +103,7 @@ TEST_P(TrueSurface, IsNotFreeSpace) {
   SyntheticScene synthetic = SceneOf(GetParam());
   EXPECT_TRUE(Find(synthetic).patches.empty());
   synthetic.scene.points.clear();
+  synthetic.scene.tracks = Tracks();
   EXPECT_TRUE(Find(synthetic).patches.empty());
 }
 

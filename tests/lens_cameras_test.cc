@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include "core/scene/formats/colmap.h"
 #include "core/scene/formats/scene_loader.h"
 #include "core/scene/lens_points.h"
+#include "core/scene/tracks.h"
 #include "core/synthetic/synthetic.h"
 #include "core/visibility/seen_points.h"
 #include "tests/colmap_testing.h"
@@ -72,6 +74,24 @@ cv::Mat Photograph(const cv::Mat& gray, const Camera& camera, const Lens& lens) 
   return photograph;
 }
 
+// Where photographs through lens `to` show what those through the true one do, without distortion.
+Tracks MeasuredThrough(const Scene& scene, double to) {
+  std::vector<LensChange> changes;
+  for (View view : scene.views) {
+    view.origin.lens.brown[0] = kTrueK1;
+    changes.emplace_back(view, view.camera, Lens{{to, 0, 0, 0, 0}, 0});
+  }
+  Tracks tracks;
+  for (size_t p = 0; p < scene.tracks.PointCount(); ++p) {
+    tracks.BeginPoint();
+    for (const Measurement& measured : scene.tracks.Of(p)) {
+      const std::optional<Eigen::Vector2d> at = changes[measured.view](measured.image_point);
+      if (at.has_value()) tracks.Add({*at, measured.view, measured.keypoint});
+    }
+  }
+  return tracks;
+}
+
 // The relief through a lens, as files; `given_k1` is what the model says of it. The first view has a mask.
 void WriteDistorted(const fs::path& folder, double given_k1) {
   Scene scene = Exact().scene;
@@ -80,6 +100,7 @@ void WriteDistorted(const fs::path& folder, double given_k1) {
     view.gray = Photograph(view.gray, view.camera, lens);
     view.origin.camera_id = 5;
   }
+  scene.tracks = MeasuredThrough(scene, given_k1);
   WriteColmapScene(scene, folder, /*binary=*/false);
   for (View& view : scene.views) {
     view.origin.camera_model = "SIMPLE_RADIAL";

@@ -54,7 +54,7 @@ TEST(RemeshedLevel, HasFewerAndBetterFacetsAndAsGoodASurface) {
   EXPECT_EQ(static_cast<size_t>(level.faces), result.mesh.faces.size());
   EXPECT_FALSE(level.undone);
   EXPECT_EQ(level.rounds.size(), 2U);
-  EXPECT_EQ(level.rounds[0].round, 2);  // of the level's
+  EXPECT_EQ(level.rounds[0].round, 1);  // of the level's
   EXPECT_LT(result.mesh.faces.size(), 0.9 * plain.mesh.faces.size());
   EXPECT_GT(MeanQuality(result.mesh), 0.94);
   EXPECT_LT(MeanQuality(plain.mesh), 0.9);
@@ -108,7 +108,8 @@ class NoOtherFacets : public LevelJudge {
   size_t start_ = 0;
 };
 
-TEST(RemeshedLevel, UndoneIsAsIfItNeverWas) {
+// The rounds that were kept for it are on the surface as it was.
+TEST(RemeshedLevel, UndoneTwiceItIsAsGoodAsIfItNeverWas) {
   const auto run = [](SurfaceFacets remesh) {
     NoOtherFacets judge(/*times=*/2);
     PipelineParts parts;
@@ -117,10 +118,20 @@ TEST(RemeshedLevel, UndoneIsAsIfItNeverWas) {
   };
   const PipelineResult plain = run(SurfaceFacets::kNone);
   const PipelineResult undone = run(SurfaceFacets::kAdapted);
-  EXPECT_TRUE(undone.refinement.levels.back().undone);
-  EXPECT_EQ(plain.mesh.vertices, undone.mesh.vertices);
-  EXPECT_EQ(plain.mesh.faces, undone.mesh.faces);
-  EXPECT_EQ(static_cast<size_t>(undone.refinement.levels.back().faces), plain.mesh.faces.size());
+  const std::vector<LevelSummary>& levels = undone.refinement.levels;
+  ASSERT_EQ(levels.size(), 5U);
+  EXPECT_TRUE(levels[2].undone);
+  EXPECT_TRUE(levels[3].undone);
+  EXPECT_FALSE(levels[4].undone);
+  EXPECT_EQ(levels[4].remeshed_faces, 0);
+  EXPECT_EQ(levels[1].rounds.size() + levels[4].rounds.size(),
+            plain.refinement.levels[1].rounds.size());
+  EXPECT_EQ(static_cast<size_t>(levels[4].faces), undone.mesh.faces.size());
+  EXPECT_NEAR(static_cast<double>(undone.mesh.faces.size()),
+              static_cast<double>(plain.mesh.faces.size()),
+              0.01 * static_cast<double>(plain.mesh.faces.size()));
+  EXPECT_NEAR(RmseToTruthMesh(undone.mesh, Relief().truth, 20000),
+              RmseToTruthMesh(plain.mesh, Relief().truth, 20000), 0.005 * Relief().footprint);
 }
 
 TEST(RemeshedLevel, UndoneIsTriedOnceMoreWithFinerFacets) {
@@ -134,7 +145,7 @@ TEST(RemeshedLevel, UndoneIsTriedOnceMoreWithFinerFacets) {
   EXPECT_FALSE(levels[3].undone);
   EXPECT_EQ(levels[2].remeshed_faces, levels[3].remeshed_faces);
   EXPECT_EQ(static_cast<size_t>(levels[3].faces), result.mesh.faces.size());
-  EXPECT_EQ(levels[3].rounds[0].round, 4);
+  EXPECT_EQ(levels[3].rounds[0].round, 3);
 }
 
 TEST(RemeshedLevel, GoesOnFromEveryStateToTheSameBytes) {

@@ -9,6 +9,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "core/cameras/view_groups.h"
@@ -22,8 +24,9 @@ namespace burin {
 
 struct MeshTracks {
   std::vector<Eigen::Vector3d> points;  // on the mesh, world
-  size_t windows = 0;                   // the first ones; then sparse points of the scene
-  Tracks tracks;                        // pixels of the photographs; a window's own view first
+  // So many of them; then sparse points of the scene.
+  size_t windows = std::numeric_limits<size_t>::max();
+  Tracks tracks;  // pixels of the photographs; a window's own view first
   std::vector<double>
       pixel;  // of every view: pixels of the photograph to one of the image searched
   ViewGroups groups;

@@ -1,5 +1,7 @@
 #include "core/cameras/sparse_tracks.h"
 
+#include <glog/logging.h>
+
 #include <algorithm>
 #include <numeric>
 
@@ -20,6 +22,7 @@ std::vector<Measurement> FirstOfEachView(const Tracks::Range& track) {
 }  // namespace
 
 void AppendSparseTracks(const Scene& scene, std::vector<Eigen::Vector3d>* points, Tracks* tracks) {
+  CHECK(scene.tracks.PointCount() == 0 || scene.tracks.PointCount() == scene.points.size());
   std::vector<int> order(scene.tracks.PointCount());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
