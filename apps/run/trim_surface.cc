@@ -57,6 +57,13 @@ Trimming TrimSurface(SurfaceTrim rule, std::vector<CutReason> reasons, TriangleM
   trimming.rule = rule;
   trimming.reasons = std::move(reasons);
   trimming.reasons.resize(mesh->faces.size(), CutReason::kFreeSpace);
+  trimming.would_cut_all = Count(trimming, CutReason::kNone) == 0 && !trimming.reasons.empty();
+  if (trimming.would_cut_all) {
+    std::fill(trimming.reasons.begin(), trimming.reasons.end(), CutReason::kNone);
+    trimming.whole = *mesh;
+    trimming.quality = *quality;
+    return trimming;
+  }
   std::vector<char> cut;
   double whole = 0;
   for (size_t f = 0; f < trimming.reasons.size(); ++f) {
@@ -79,6 +86,10 @@ Trimming TrimSurface(SurfaceTrim rule, std::vector<CutReason> reasons, TriangleM
 }
 
 std::string TrimText(const Trimming& trimming) {
+  if (trimming.would_cut_all) {
+    return "nothing is cut away: it would be all of the mesh (surface.trim = " +
+           std::string(NameOf(trimming.rule)) + ")";
+  }
   const auto facets = static_cast<int64_t>(trimming.reasons.size());
   std::string text = std::to_string(facets - Count(trimming, CutReason::kNone)) + " of " +
                      std::to_string(facets) + " facets cut away, " +

@@ -19,6 +19,7 @@ struct Trimming {
   std::vector<VertexScalar> quality;
   std::vector<CutReason> reasons;  // by facet of `whole`
   double area_share = 0;           // cut away
+  bool would_cut_all = false;      // the rule would leave nothing: nothing is cut
 };
 
 // Takes the facets with a reason out of mesh and values. Facets beyond `reasons` are patches in free space that were put
