@@ -213,6 +213,7 @@ TEST(CrossingGuard, TheGapBetweenPlatesSurvives) {
   EXPECT_EQ(WrongLines(plates.init, plates.footprint), 0);
   PipelineOptions run;
   run.refinement.cameras.refine = CameraUnknowns::kNone;
+  run.surface.trim = SurfaceTrim::kNone;
   const PipelineResult result = RunPipeline(plates.scene, plates.init, run);
   EXPECT_EQ(WrongLines(result.mesh, plates.footprint), 0);
   for (const LevelSummary& level : result.refinement.levels) EXPECT_GT(level.TakenBack(), 0);

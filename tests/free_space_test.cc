@@ -117,6 +117,7 @@ TEST(FreeSpace, ARunLeavesTheSheetAloneAndSeesThroughIt) {
   const SyntheticScene& synthetic = SceneOf(SyntheticKind::kMembrane);
   PipelineOptions options;
   options.refinement.level.finest = 1;
+  options.surface.trim = SurfaceTrim::kNone;
   const auto run = [&](FreeSpaceAction action, FreeSpace* found) {
     options.surface.free_space = action;
     PipelineParts parts;

@@ -13,7 +13,6 @@
 
 #include "apps/run/pipeline.h"
 #include "apps/run/run_output.h"
-#include "apps/run/trim_surface.h"
 #include "core/synthetic/synthetic.h"
 #include "costs/surface_evidence.h"
 #include "tests/program_test.h"
@@ -367,19 +366,6 @@ TEST(Trim, RodsAreKept) {
   ASSERT_TRUE(result.trimming.has_value());
   const auto all = static_cast<double>(result.trimming->whole.faces.size());
   EXPECT_GT(static_cast<double>(result.mesh.faces.size()), 0.99 * all);
-}
-
-TEST(Trim, WhatWouldCutAllCutsNothing) {
-  const TriangleMesh whole = Sphere(1, 2);
-  TriangleMesh mesh = whole;
-  std::vector<VertexScalar> quality = {{"pairs", std::vector<float>(whole.vertices.size(), 0.0F)}};
-  const std::vector<CutReason> reasons(whole.faces.size(), CutReason::kUnseen);
-  const Trimming trimming = TrimSurface(SurfaceTrim::kUnseen, reasons, &mesh, &quality);
-  EXPECT_EQ(mesh.faces, whole.faces);
-  EXPECT_EQ(quality[0].values.size(), whole.vertices.size());
-  EXPECT_EQ(TrimJson(trimming)["cut"]["unseen"], 0);
-  EXPECT_EQ(TrimText(trimming),
-            "nothing is cut away: it would be all of the mesh (surface.trim = unseen)");
 }
 
 TEST(Trim, FacetsInFreeSpaceAreCut) {

@@ -1,0 +1,28 @@
+// What cutting does to mesh, values and texts (apps/run/trim_surface.h).
+#include "apps/run/trim_surface.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "tests/test_shapes.h"
+
+namespace burin {
+namespace {
+
+TEST(TrimSurface, WhatWouldCutAllCutsNothing) {
+  const TriangleMesh whole = Sphere(1, 2);
+  TriangleMesh mesh = whole;
+  std::vector<VertexScalar> quality = {{"pairs", std::vector<float>(whole.vertices.size(), 0.0F)}};
+  const std::vector<CutReason> reasons(whole.faces.size(), CutReason::kUnseen);
+  const Trimming trimming = TrimSurface(SurfaceTrim::kUnseen, reasons, &mesh, &quality);
+  EXPECT_EQ(mesh.faces, whole.faces);
+  EXPECT_EQ(quality[0].values.size(), whole.vertices.size());
+  EXPECT_EQ(TrimJson(trimming)["cut"]["unseen"], 0);
+  EXPECT_EQ(TrimText(trimming),
+            "nothing is cut away: it would be all of the mesh (surface.trim = unseen)");
+}
+
+}  // namespace
+}  // namespace burin
