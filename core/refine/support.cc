@@ -52,6 +52,12 @@ int FindSupport(const TermRounds& terms, const MeshOrder& order, HiddenVertices 
     round->MarkSupported(context->mesh->vertices, &context->supported);
   }
   const std::vector<float> around = SupportAround(*context);
+  context->outlined.assign(context->seen.size(), 0);
+  for (const auto& [term, round] : terms) round->MarkOutlined(&context->outlined);
+  const std::vector<char> by_windows = context->supported;
+  for (size_t v = 0; v < by_windows.size(); ++v) {
+    if (context->outlined[v] != 0) context->supported[v] = 1;
+  }
   context->moves = context->supported;
   for (size_t v = 0; v < order.vertex.size(); ++v) {
     char& was_seen = (*was_supported)[order.vertex[v]];
@@ -65,7 +71,9 @@ int FindSupport(const TermRounds& terms, const MeshOrder& order, HiddenVertices 
   context->keeps_shape =
       ThinVertices(*context->mesh, context->normals, kThinPx * std::ldexp(1.0, context->level));
   for (size_t v = 0; v < context->moves.size(); ++v) {
-    if (context->moves[v] == 0) context->keeps_shape[v] = 1;
+    if (context->moves[v] == 0 || (context->outlined[v] != 0 && by_windows[v] == 0)) {
+      context->keeps_shape[v] = 1;
+    }
   }
   return static_cast<int>(std::count(context->supported.begin(), context->supported.end(), 1));
 }

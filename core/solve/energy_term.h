@@ -43,6 +43,8 @@ struct RoundContext {
   std::vector<char> seen;                // some facet of the vertex has a pixel in some Omega_ij
   // Some term has data about where the vertex is (TermRound::MarkSupported); `seen` until they are asked.
   std::vector<char> supported;
+  // An outline of the object passes the vertex (TermRound::MarkOutlined).
+  std::vector<char> outlined;
   // Takes part in the solve (core/refine/support.h). The others are carried along afterwards (core/refine/carry.h).
   std::vector<char> moves;
   // Smoothness acts on its displacement and not on its position: it keeps its shape (core/refine/support.h).
@@ -76,6 +78,10 @@ class TermRound {
     (void)vertices;
     (void)supported;
   }
+
+  // Sets (*outlined)[v] where outlines of the object pass the vertex: they say where it is across them, and nothing along
+  // the surface.
+  virtual void MarkOutlined(std::vector<char>* outlined) { (void)outlined; }
 
   // Called once after AddBlocks, before the first evaluation by a solver: the context's `supported` and
   // `moves` are final.

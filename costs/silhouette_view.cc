@@ -1,0 +1,238 @@
+#include "costs/silhouette_view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+
+namespace burin {
+namespace {
+
+// In pixels of the level.
+constexpr double kSigma = 0.8;
+constexpr double kSampleLength = 0.5;
+constexpr int kReach =
+    4;  // half the side of a sample's box: 2.5 sigma, and where the contour moves to
+
+constexpr double kLoss = 0.5;  // c
+// Of 1/2, what the difference blurred by G is on a contour far from any outline.
+constexpr double kFar = 0.4;
+// Lines y = const a pixel, at most.
+constexpr int kMostRows = 64;
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kWeight = 2 * 1.7724538509055160273 * kSigma;  // W
+
+// The integral of the unit Gaussian of `sigma` from minus infinity.
+double Integral(double x) { return 0.5 * (1 + std::erf(x / (std::sqrt(2.0) * kSigma))); }
+
+double Density(double x) {
+  return std::exp(-0.5 * x * x / (kSigma * kSigma)) / (std::sqrt(2 * kPi) * kSigma);
+}
+
+double Median(std::vector<double>* values) {
+  if (values->empty()) return 0;
+  const auto middle = values->begin() + static_cast<long>(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
+}
+
+}  // namespace
+
+SilhouetteView::SilhouetteView(const LevelView& view, const TriangleMesh& mesh,
+                               const EdgeFacets& edges, int level)
+    : camera_(view.camera) {
+  const int rows = std::min(8 << level, kMostRows);
+  const MeshCover cover(mesh, edges, camera_, rows);
+  TakeContour(cover, edges);
+  if (!samples_.empty()) CompareAtStart(view, cover);
+}
+
+void SilhouetteView::TakeContour(const MeshCover& cover, const EdgeFacets& edges) {
+  // Rows are what the contour's outside is told by: a little more than one of them.
+  const double outwards = 1.6 / cover.rows();
+  Eigen::AlignedBox2d box;
+  int last = -1;
+  for (const MeshCover::Sample& piece : cover.Contour(kSampleLength, outwards)) {
+    const MeshCover::Rim& rim = cover.rims()[piece.rim];
+    if (piece.rim != last) {
+      const auto first = static_cast<int>(samples_.size());
+      rims_.push_back({rim.edge, edges.a(rim.edge), edges.b(rim.edge), rim.outward, first, first});
+      last = piece.rim;
+    }
+    samples_.push_back({piece.point, piece.along, piece.length, 0, 0, 0, 0});
+    ++rims_.back().end;
+    box.extend(piece.point);
+  }
+  if (samples_.empty()) return;
+  const auto pixel = [](double at) { return static_cast<int>(std::floor(at)); };
+  const cv::Point low(pixel(box.min().x()) - kReach, pixel(box.min().y()) - kReach);
+  const cv::Point high(pixel(box.max().x()) + kReach + 1, pixel(box.max().y()) + kReach + 1);
+  region_ = cv::Rect(low, high) & cv::Rect(0, 0, camera_.width, camera_.height);
+  for (Sample& sample : samples_) {
+    const cv::Rect own =
+        cv::Rect(pixel(sample.point.x()) - kReach - region_.x,
+                 pixel(sample.point.y()) - kReach - region_.y, 2 * kReach + 1, 2 * kReach + 1) &
+        cv::Rect(0, 0, region_.width, region_.height);
+    sample.column = own.x;
+    sample.row = own.y;
+    sample.width = own.width;
+    sample.height = own.height;
+  }
+}
+
+template <typename Use>
+void SilhouetteView::ForEachPixel(const Sample& sample, const Eigen::Vector2d& outward,
+                                  const Use& use) const {
+  for (int y = sample.row; y < sample.row + sample.height; ++y) {
+    for (int x = sample.column; x < sample.column + sample.width; ++x) {
+      const size_t pixel = static_cast<size_t>(y) * region_.width + x;
+      if (counts_[pixel] == 0) continue;
+      const double dx = region_.x + x + 0.5 - sample.point.x();
+      const double dy = region_.y + y + 0.5 - sample.point.y();
+      use(pixel, dx * outward.x() + dy * outward.y(), dx * outward.y() - dy * outward.x());
+    }
+  }
+}
+
+void SilhouetteView::CompareAtStart(const LevelView& view, const MeshCover& cover) {
+  // Blurred with what lies around the region too.
+  const cv::Rect around = cv::Rect(region_.x - kReach, region_.y - kReach,
+                                   region_.width + 2 * kReach, region_.height + 2 * kReach) &
+                          cv::Rect(0, 0, camera_.width, camera_.height);
+  const cv::Mat1f share = cover.Share(around);
+  const cv::Mat1f mask = view.object(around);
+  const double pixel_variance = 1.0 / 12;  // both are means over pixels
+  cv::Mat1f difference;
+  cv::GaussianBlur(cv::Mat1f(share - mask), difference, cv::Size(4 * kReach + 1, 4 * kReach + 1),
+                   std::sqrt(kSigma * kSigma - pixel_variance), 0, cv::BORDER_REPLICATE);
+  const cv::Rect inside(region_.x - around.x, region_.y - around.y, region_.width, region_.height);
+  difference = difference(inside);
+  counts_.assign(static_cast<size_t>(region_.area()), 0);
+  for (const Sample& sample : samples_) {
+    for (int y = sample.row; y < sample.row + sample.height; ++y) {
+      std::fill_n(counts_.begin() + static_cast<long>(y) * region_.width + sample.column,
+                  sample.width, 1);
+    }
+  }
+  if (!view.photographed.empty()) {
+    cv::Mat1b known;
+    cv::erode(view.photographed(around), known, cv::Mat(), cv::Point(-1, -1), kReach);
+    known = known(inside);
+    for (int y = 0; y < region_.height; ++y) {
+      for (int x = 0; x < region_.width; ++x) {
+        if (known(y, x) == 0) counts_[static_cast<size_t>(y) * region_.width + x] = 0;
+      }
+    }
+  }
+  double common = 0;
+  double both = 0;
+  start_.resize(counts_.size());
+  for (int y = 0; y < region_.height; ++y) {
+    for (int x = 0; x < region_.width; ++x) {
+      const size_t pixel = static_cast<size_t>(y) * region_.width + x;
+      start_[pixel] = difference(y, x);
+      if (counts_[pixel] == 0) continue;
+      const float covered = share(y + inside.y, x + inside.x);
+      const float object = mask(y + inside.y, x + inside.x);
+      common += std::min(covered, object);
+      both += std::max(covered, object);
+    }
+  }
+  fit_.intersection_share = both > 0 ? common / both : 0;
+  Judge(difference);
+  for (const Rim& rim : rims_) {
+    for (int s = rim.begin; s < rim.end; ++s) {
+      const Sample& sample = samples_[s];
+      ForEachPixel(sample, rim.outward, [&](size_t pixel, double across, double along) {
+        start_[pixel] += sample.length * Density(along) * Integral(across);
+      });
+    }
+  }
+}
+
+void SilhouetteView::Judge(const cv::Mat1f& difference) {
+  std::vector<double> offsets;
+  double far = 0;
+  for (const Rim& rim : rims_) {
+    for (int s = rim.begin; s < rim.end; ++s) {
+      const Sample& sample = samples_[s];
+      double mean = 0;
+      ForEachPixel(sample, rim.outward, [&](size_t pixel, double across, double along) {
+        const int y = static_cast<int>(pixel) / region_.width;
+        const int x = static_cast<int>(pixel) % region_.width;
+        mean += difference(y, x) * Density(across) * Density(along);
+      });
+      offsets.push_back(kWeight * mean);
+      fit_.contour_px += sample.length;
+      if (std::abs(mean) > kFar) far += sample.length;
+    }
+  }
+  fit_.signed_px = Median(&offsets);
+  fit_.unmatched = fit_.contour_px > 0 ? far / fit_.contour_px : 0;
+}
+
+double SilhouetteView::Evaluate(const std::vector<Eigen::Vector3d>& vertices,
+                                std::vector<RimSums>* sums) const {
+  sums->assign(rims_.size(), RimSums());
+  if (samples_.empty()) return 0;
+  static thread_local std::vector<double> difference;  // e_p
+  static thread_local std::vector<double> density;     // S_p
+  static thread_local std::vector<double> weights;     // G_ps, sample by sample
+  difference = start_;
+  density.assign(start_.size(), 0.0);
+  weights.clear();
+  for (const Rim& rim : rims_) {
+    const Eigen::Vector2d a = camera_.Project(vertices[rim.a]);
+    const Eigen::Vector2d b = camera_.Project(vertices[rim.b]);
+    for (int s = rim.begin; s < rim.end; ++s) {
+      const Sample& sample = samples_[s];
+      const double moved =
+          rim.outward.dot((1 - sample.along) * a + sample.along * b - sample.point);
+      ForEachPixel(sample, rim.outward, [&](size_t pixel, double across, double along) {
+        const double line = sample.length * Density(along);
+        difference[pixel] -= line * Integral(across - moved);
+        const double weight = line * Density(across - moved);
+        density[pixel] += weight;
+        weights.push_back(weight);
+      });
+    }
+  }
+  // rho' of every pixel in place of nothing: it is asked for by every sample that reaches it.
+  static thread_local std::vector<double> slope;  // rho'
+  slope.resize(start_.size());
+  double rest = 0;
+  constexpr double kUnreached = 1e-9;
+  for (size_t pixel = 0; pixel < start_.size(); ++pixel) {
+    const double squared = difference[pixel] * difference[pixel] / (kLoss * kLoss);
+    slope[pixel] = 1 / (1 + squared);
+    if (counts_[pixel] != 0 && density[pixel] <= kUnreached) rest += std::log1p(squared);
+  }
+  const double* weight = weights.data();
+  for (size_t r = 0; r < rims_.size(); ++r) {
+    const Rim& rim = rims_[r];
+    RimSums& sum = (*sums)[r];
+    for (int s = rim.begin; s < rim.end; ++s) {
+      double k = 0;
+      double h = 0;
+      ForEachPixel(
+          samples_[s], rim.outward, [&](size_t pixel, double /*across*/, double /*along*/) {
+            const double g = *weight++;
+            k += slope[pixel] * difference[pixel] * g;
+            h += slope[pixel] * density[pixel] * g;
+            if (density[pixel] > kUnreached) {
+              sum.energy +=
+                  0.5 * kWeight * kLoss * kLoss * -std::log(slope[pixel]) * g / density[pixel];
+            }
+          });
+      const double t = samples_[s].along;
+      sum.slope[0] += kWeight * k * (1 - t);
+      sum.slope[1] += kWeight * k * t;
+      sum.curvature[0] += kWeight * h * (1 - t) * (1 - t);
+      sum.curvature[1] += kWeight * h * (1 - t) * t;
+      sum.curvature[2] += kWeight * h * t * t;
+    }
+  }
+  return 0.5 * kWeight * kLoss * kLoss * rest;
+}
+
+}  // namespace burin
