@@ -8,6 +8,7 @@
 namespace burin {
 
 MembraneBlocks::MembraneBlocks(Adjacency vertices, double weight, double pixel,
+                               const std::vector<Eigen::Vector3d>& rest,
                                const std::vector<Eigen::Vector3d>* positions)
     : EnergyBlocks(std::move(vertices)),
       stiffness_(size(), weight / (pixel * pixel)),
@@ -15,7 +16,7 @@ MembraneBlocks::MembraneBlocks(Adjacency vertices, double weight, double pixel,
   rest_.reserve(size());
   for (int k = 0; k < size(); ++k) {
     const int* v = parameters_.Begin(k);
-    rest_.push_back((*positions)[v[0]] - (*positions)[v[1]]);
+    rest_.push_back(rest[v[0]] - rest[v[1]]);
   }
 }
 

@@ -1,6 +1,6 @@
 // A membrane on displacements, as blocks of the energy: one an edge (a, b).
 //
-//   E = w/2 |d_a - d_b|^2,   d = (V - V_start) / pixel
+//   E = w/2 |d_a - d_b|^2,   d = (V - rest) / pixel
 //
 // It moves neighbours alike. Their shape and place cost nothing, so it neither shrinks nor flattens, whatever is thin.
 #pragma once
@@ -15,9 +15,10 @@ namespace burin {
 
 class MembraneBlocks : public EnergyBlocks {
  public:
-  // `vertices`: two a block; `positions`: of all vertices, read where an evaluation needs them. They are at the start now,
-  // and outlive this. All edges have the weight, those of SetIdle none.
+  // `vertices`: two a block; `rest`, `positions`: of all vertices, these read where an evaluation needs them; they outlive
+  // this. All edges have the weight, those of SetIdle none.
   MembraneBlocks(Adjacency vertices, double weight, double pixel,
+                 const std::vector<Eigen::Vector3d>& rest,
                  const std::vector<Eigen::Vector3d>* positions);
   void SetIdle(int k) { stiffness_[k] = 0; }
 

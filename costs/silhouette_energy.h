@@ -3,8 +3,9 @@
 //
 //   E_silhouette = weight sum_views E_view + membrane/2 sum_(a,b) |d_a - d_b|^2
 //
-// the second over the edges of parts that keep their shape (RoundContext::keeps_shape), d in pixels of the level
-// (costs/membrane_blocks.h). Contours are frozen in a round, and so is the camera of each view.
+// the second over the edges of vertices that are free (RoundContext::free), d since the level began in its pixels
+// (costs/membrane_blocks.h). Contours are frozen in a round, and so is the camera of each view. Parts less than three
+// pixels of a level across take part on the finest only: on coarser ones their outline is not resolved.
 #pragma once
 
 #include <memory>

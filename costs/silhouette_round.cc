@@ -21,7 +21,8 @@ void SilhouetteRound::FreezeContours() {
   std::vector<std::optional<SilhouetteView>> made(count);
   ParallelFor(count, 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
-      made[i].emplace((*context_.views)[view_[i]], *context_.mesh, edges, context_.level);
+      made[i].emplace((*context_.views)[view_[i]], *context_.mesh, edges, context_.level,
+                      context_.finest_level);
     }
   });
   for (std::optional<SilhouetteView>& view : made) views_.push_back(*std::move(view));
@@ -53,31 +54,41 @@ void SilhouetteRound::AddBlocks(RoundEnergy* energy) {
 
 void SilhouetteRound::AddMembrane(RoundEnergy* energy) {
   if (options_.membrane == 0) return;
+  std::vector<char> outlined(context_.normals.size(), 0);
+  for (const int v : edges_.index) outlined[v] = 1;
   Adjacency edges;
   edges.start.push_back(0);
-  for (int v = 0; v + 1 < static_cast<int>(context_.neighbors.start.size()); ++v) {
+  for (int v = 0; v < static_cast<int>(outlined.size()); ++v) {
     for (const int* n = context_.neighbors.Begin(v); n != context_.neighbors.End(v); ++n) {
-      if (*n < v) continue;
+      if (*n < v || (outlined[v] == 0 && outlined[*n] == 0)) continue;
       edges.index.push_back(v);
       edges.index.push_back(*n);
       edges.start.push_back(static_cast<int>(edges.index.size()));
     }
   }
-  auto membrane = std::make_unique<MembraneBlocks>(std::move(edges), options_.membrane,
-                                                   std::ldexp(1.0, context_.level), vertices_);
+  auto membrane = std::make_unique<MembraneBlocks>(
+      std::move(edges), options_.membrane, std::ldexp(1.0, context_.level),
+      context_.level_start != nullptr ? *context_.level_start : *vertices_, vertices_);
   membrane_ = membrane.get();
   energy->Add(std::move(membrane));
 }
 
-void SilhouetteRound::MarkOutlined(std::vector<char>* outlined) {
-  for (const int v : edges_.index) (*outlined)[v] = 1;
+void SilhouetteRound::MarkOutlined(std::vector<char>* outlined, std::vector<char>* thin) {
+  for (const SilhouetteView& view : views_) {
+    for (const SilhouetteView::Rim& rim : view.rims()) {
+      for (const int v : {rim.a, rim.b}) {
+        (*outlined)[v] = 1;
+        if (rim.thin) (*thin)[v] = 1;
+      }
+    }
+  }
 }
 
 void SilhouetteRound::SupportIsKnown() {
   if (membrane_ == nullptr) return;
   for (int k = 0; k < membrane_->size(); ++k) {
     const int* v = membrane_->parameters().Begin(k);
-    if (context_.keeps_shape[v[0]] == 0 && context_.keeps_shape[v[1]] == 0) membrane_->SetIdle(k);
+    if (context_.free[v[0]] == 0 && context_.free[v[1]] == 0) membrane_->SetIdle(k);
   }
 }
 

@@ -23,7 +23,7 @@ class SilhouetteRound : public TermRound, public ceres::EvaluationCallback {
 
   void AddBlocks(RoundEnergy* energy) override;
   // The vertices of contours.
-  void MarkOutlined(std::vector<char>* outlined) override;
+  void MarkOutlined(std::vector<char>* outlined, std::vector<char>* thin) override;
   void SupportIsKnown() override;
   ceres::EvaluationCallback* Callback() override { return this; }
   int64_t EvaluationCount() const override { return evaluations_; }

@@ -14,9 +14,12 @@ constexpr double kSampleLength = 0.5;
 constexpr int kReach =
     4;  // half the side of a sample's box: 2.5 sigma, and where the contour moves to
 
+constexpr double kAlong = 2;   // farther along the contour a sample has no effect, 2.5 sigma
 constexpr double kLoss = 0.5;  // c
-// Of 1/2, what the difference blurred by G is on a contour far from any outline.
-constexpr double kFar = 0.4;
+// An outline farther from a contour is not its own.
+constexpr int kMatch = 4;
+// A part of the surface that is less across has no window, and both its contours are in one another's blur.
+constexpr double kThin = 3;
 // Lines y = const a pixel, at most.
 constexpr int kMostRows = 64;
 constexpr double kPi = 3.14159265358979323846;
@@ -29,6 +32,17 @@ double Density(double x) {
   return std::exp(-0.5 * x * x / (kSigma * kSigma)) / (std::sqrt(2 * kPi) * kSigma);
 }
 
+// The pixels within kMatch of an outline: of one that is half object or more, and of one that is less.
+cv::Mat1b NearOutlines(const cv::Mat1f& object) {
+  const cv::Mat1b inside(object >= 0.5F);
+  const cv::Mat disc =
+      cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * kMatch + 1, 2 * kMatch + 1});
+  cv::Mat1b grown, shrunk;
+  cv::dilate(inside, grown, disc);
+  cv::erode(inside, shrunk, disc);
+  return grown & ~shrunk;
+}
+
 double Median(std::vector<double>* values) {
   if (values->empty()) return 0;
   const auto middle = values->begin() + static_cast<long>(values->size() / 2);
@@ -39,20 +53,30 @@ double Median(std::vector<double>* values) {
 }  // namespace
 
 SilhouetteView::SilhouetteView(const LevelView& view, const TriangleMesh& mesh,
-                               const EdgeFacets& edges, int level)
+                               const EdgeFacets& edges, int level, bool thin_parts)
     : camera_(view.camera) {
   const int rows = std::min(8 << level, kMostRows);
   const MeshCover cover(mesh, edges, camera_, rows);
-  TakeContour(cover, edges);
+  TakeContour(view, cover, edges, thin_parts);
   if (!samples_.empty()) CompareAtStart(view, cover);
 }
 
-void SilhouetteView::TakeContour(const MeshCover& cover, const EdgeFacets& edges) {
+void SilhouetteView::TakeContour(const LevelView& view, const MeshCover& cover,
+                                 const EdgeFacets& edges, bool thin_parts) {
+  const cv::Mat1b matched = NearOutlines(view.object);
+  const auto pixel = [](double at) { return static_cast<int>(std::floor(at)); };
   // Rows are what the contour's outside is told by: a little more than one of them.
   const double outwards = 1.6 / cover.rows();
   Eigen::AlignedBox2d box;
   int last = -1;
   for (const MeshCover::Sample& piece : cover.Contour(kSampleLength, outwards)) {
+    const bool thin = cover.IsThin(piece, kThin);
+    if (thin && !thin_parts) continue;
+    fit_.contour_px += piece.length;
+    if (matched(pixel(piece.point.y()), pixel(piece.point.x())) == 0) {
+      fit_.unmatched += piece.length;
+      continue;
+    }
     const MeshCover::Rim& rim = cover.rims()[piece.rim];
     if (piece.rim != last) {
       const auto first = static_cast<int>(samples_.size());
@@ -61,10 +85,11 @@ void SilhouetteView::TakeContour(const MeshCover& cover, const EdgeFacets& edges
     }
     samples_.push_back({piece.point, piece.along, piece.length, 0, 0, 0, 0});
     ++rims_.back().end;
+    rims_.back().thin |= thin;
     box.extend(piece.point);
   }
+  if (fit_.contour_px > 0) fit_.unmatched /= fit_.contour_px;
   if (samples_.empty()) return;
-  const auto pixel = [](double at) { return static_cast<int>(std::floor(at)); };
   const cv::Point low(pixel(box.min().x()) - kReach, pixel(box.min().y()) - kReach);
   const cv::Point high(pixel(box.max().x()) + kReach + 1, pixel(box.max().y()) + kReach + 1);
   region_ = cv::Rect(low, high) & cv::Rect(0, 0, camera_.width, camera_.height);
@@ -89,7 +114,9 @@ void SilhouetteView::ForEachPixel(const Sample& sample, const Eigen::Vector2d& o
       if (counts_[pixel] == 0) continue;
       const double dx = region_.x + x + 0.5 - sample.point.x();
       const double dy = region_.y + y + 0.5 - sample.point.y();
-      use(pixel, dx * outward.x() + dy * outward.y(), dx * outward.y() - dy * outward.x());
+      const double along = dx * outward.y() - dy * outward.x();
+      if (std::abs(along) > kAlong) continue;
+      use(pixel, dx * outward.x() + dy * outward.y(), along);
     }
   }
 }
@@ -152,7 +179,6 @@ void SilhouetteView::CompareAtStart(const LevelView& view, const MeshCover& cove
 
 void SilhouetteView::Judge(const cv::Mat1f& difference) {
   std::vector<double> offsets;
-  double far = 0;
   for (const Rim& rim : rims_) {
     for (int s = rim.begin; s < rim.end; ++s) {
       const Sample& sample = samples_[s];
@@ -163,12 +189,9 @@ void SilhouetteView::Judge(const cv::Mat1f& difference) {
         mean += difference(y, x) * Density(across) * Density(along);
       });
       offsets.push_back(kWeight * mean);
-      fit_.contour_px += sample.length;
-      if (std::abs(mean) > kFar) far += sample.length;
     }
   }
   fit_.signed_px = Median(&offsets);
-  fit_.unmatched = fit_.contour_px > 0 ? far / fit_.contour_px : 0;
 }
 
 double SilhouetteView::Evaluate(const std::vector<Eigen::Vector3d>& vertices,

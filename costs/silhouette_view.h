@@ -45,19 +45,20 @@ class SilhouetteView {
     int edge;  // of the EdgeFacets
     int a, b;  // vertices
     Eigen::Vector2d outward;
-    int begin, end;  // samples
+    int begin, end;     // samples
+    bool thin = false;  // the surface is, at one of them
   };
   // What the contour says at the round's start.
   struct Fit {
-    double contour_px = 0;          // its length
-    double signed_px = 0;           // median; > 0: the surface lies outside its outline
-    double unmatched = 0;           // share of its length without an outline near it
+    double contour_px = 0;  // its length
+    double signed_px = 0;   // median; > 0: the surface lies outside its outline
+    double unmatched = 0;   // share of its length without an outline near it: that has no say
     double intersection_share = 0;  // of surface and mask, of their union around the contour
   };
 
-  // `view` has an object mask.
+  // `view` has an object mask. `thin_parts`: contours of what is thinner than some pixels are taken too.
   SilhouetteView(const LevelView& view, const TriangleMesh& mesh, const EdgeFacets& edges,
-                 int level);
+                 int level, bool thin_parts);
 
   const std::vector<Rim>& rims() const { return rims_; }
   const Camera& camera() const { return camera_; }
@@ -73,7 +74,8 @@ class SilhouetteView {
     int column, row;  // first pixel of its box, in region_
     int width, height;
   };
-  void TakeContour(const MeshCover& cover, const EdgeFacets& edges);
+  void TakeContour(const LevelView& view, const MeshCover& cover, const EdgeFacets& edges,
+                   bool thin_parts);
   void CompareAtStart(const LevelView& view, const MeshCover& cover);
   void Judge(const cv::Mat1f& difference);
   // Calls use(pixel, across, along) for the pixels that count of a sample's box: across its contour, outwards, and along it.

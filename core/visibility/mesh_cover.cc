@@ -167,6 +167,13 @@ cv::Mat1f MeshCover::Share(const cv::Rect& region) const {
   return share;
 }
 
+bool MeshCover::IsThin(const Sample& sample, double width) const {
+  for (double inwards = 0.5; inwards <= width; inwards += 0.5) {
+    if (!Covers(sample.point - inwards * rims_[sample.rim].outward)) return true;
+  }
+  return false;
+}
+
 std::vector<MeshCover::Sample> MeshCover::Contour(double length, double outwards) const {
   std::vector<Sample> samples;
   for (size_t r = 0; r < rims_.size(); ++r) {

@@ -68,6 +68,8 @@ class MeshCover {
   bool Covers(const Eigen::Vector2d& point) const;
   // The share of each pixel of `region` that is covered, 0 to 1.
   cv::Mat1f Share(const cv::Rect& region) const;
+  // Whether the mesh covers less than `width` pixels inwards of a point of its contour; looked at every half pixel.
+  bool IsThin(const Sample& sample, double width) const;
   // Pieces of at most `length` pixels of the rims, without those that the mesh covers `outwards` pixels beyond them and
   // those within a pixel of the image's border.
   std::vector<Sample> Contour(double length, double outwards) const;
