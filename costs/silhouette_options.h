@@ -6,8 +6,9 @@
 namespace burin {
 
 struct SilhouetteTermOptions {
-  double weight = 0;
+  double weight = 0;  // 0 = the term is off
   double membrane = 3;
+  int rounds = 4;  // more on the finest level
   void Describe(OptionSet* set);
 };
 

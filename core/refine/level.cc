@@ -95,8 +95,8 @@ int Level::Rounds(const RefinementState& state) const {
 
 int Level::RoundNumber(const RefinementState& state) const {
   if (state.remeshing == 0) return state.round;
-  return task_.options.level.rounds + (state.remeshing - 1) * task_.options.surface.rounds +
-         state.round;
+  return task_.options.level.RoundsAt(level_) +
+         (state.remeshing - 1) * task_.options.surface.rounds + state.round;
 }
 
 void Level::CutMesh(RefinementState* state) {
