@@ -21,11 +21,20 @@ void SilhouetteRound::FreezeContours() {
   std::vector<std::optional<SilhouetteView>> made(count);
   ParallelFor(count, 1, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
-      made[i].emplace((*context_.views)[view_[i]], *context_.mesh, edges, context_.level,
-                      context_.finest_level);
+      made[i].emplace((*context_.views)[view_[i]], *context_.mesh, edges, context_.level);
     }
   });
   for (std::optional<SilhouetteView>& view : made) views_.push_back(*std::move(view));
+  thin_.assign(context_.normals.size(), 0);
+  for (const SilhouetteView& view : views_) {
+    for (const SilhouetteView::Rim& rim : view.rims()) {
+      if (rim.thin) thin_[rim.a] = thin_[rim.b] = 1;
+    }
+  }
+  const std::vector<char> none(thin_.size(), 0);
+  ParallelFor(count, 1, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) views_[i].Compare(context_.finest_level ? none : thin_);
+  });
   std::vector<int> block_of_edge(edges.size(), -1);
   for (const SilhouetteView& view : views_) {
     for (const SilhouetteView::Rim& rim : view.rims()) block_of_edge[rim.edge] = 0;
@@ -74,13 +83,9 @@ void SilhouetteRound::AddMembrane(RoundEnergy* energy) {
 }
 
 void SilhouetteRound::MarkOutlined(std::vector<char>* outlined, std::vector<char>* thin) {
-  for (const SilhouetteView& view : views_) {
-    for (const SilhouetteView::Rim& rim : view.rims()) {
-      for (const int v : {rim.a, rim.b}) {
-        (*outlined)[v] = 1;
-        if (rim.thin) (*thin)[v] = 1;
-      }
-    }
+  for (const int v : edges_.index) {
+    (*outlined)[v] = 1;
+    (*thin)[v] |= thin_[v];
   }
 }
 

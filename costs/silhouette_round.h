@@ -42,6 +42,7 @@ class SilhouetteRound : public TermRound, public ceres::EvaluationCallback {
   const std::vector<Eigen::Vector3d>* vertices_ = nullptr;
   std::vector<int> view_;  // of each of views_, in the context's
   std::vector<SilhouetteView> views_;
+  std::vector<char> thin_;                      // by vertex: on a part that is thin in some view
   std::vector<std::vector<int>> block_of_rim_;  // by view
   Adjacency edges_;                             // vertices of each block
   std::vector<EdgeSystem> systems_;

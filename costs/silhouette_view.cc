@@ -53,63 +53,75 @@ double Median(std::vector<double>* values) {
 }  // namespace
 
 SilhouetteView::SilhouetteView(const LevelView& view, const TriangleMesh& mesh,
-                               const EdgeFacets& edges, int level, bool thin_parts)
-    : camera_(view.camera) {
-  const int rows = std::min(8 << level, kMostRows);
-  const MeshCover cover(mesh, edges, camera_, rows);
-  TakeContour(view, cover, edges, thin_parts);
-  if (!samples_.empty()) CompareAtStart(view, cover);
+                               const EdgeFacets& edges, int level)
+    : view_(&view), camera_(view.camera) {
+  cover_.emplace(mesh, edges, camera_, std::min(8 << level, kMostRows));
+  TakeContour(edges);
 }
 
-void SilhouetteView::TakeContour(const LevelView& view, const MeshCover& cover,
-                                 const EdgeFacets& edges, bool thin_parts) {
-  const cv::Mat1b matched = NearOutlines(view.object);
-  const auto pixel = [](double at) { return static_cast<int>(std::floor(at)); };
+void SilhouetteView::TakeContour(const EdgeFacets& edges) {
+  const cv::Mat1b matched = NearOutlines(view_->object);
   // Rows are what the contour's outside is told by: a little more than one of them.
-  const double outwards = 1.6 / cover.rows();
-  Eigen::AlignedBox2d box;
+  const double outwards = 1.6 / cover_->rows();
   int last = -1;
-  for (const MeshCover::Sample& piece : cover.Contour(kSampleLength, outwards)) {
-    const bool thin = cover.IsThin(piece, kThin);
-    if (thin && !thin_parts) continue;
-    fit_.contour_px += piece.length;
-    if (matched(pixel(piece.point.y()), pixel(piece.point.x())) == 0) {
-      fit_.unmatched += piece.length;
-      continue;
-    }
-    const MeshCover::Rim& rim = cover.rims()[piece.rim];
+  for (const MeshCover::Sample& piece : cover_->Contour(kSampleLength, outwards)) {
     if (piece.rim != last) {
+      const MeshCover::Rim& rim = cover_->rims()[piece.rim];
       const auto first = static_cast<int>(samples_.size());
       rims_.push_back({rim.edge, edges.a(rim.edge), edges.b(rim.edge), rim.outward, first, first});
       last = piece.rim;
     }
-    samples_.push_back({piece.point, piece.along, piece.length, 0, 0, 0, 0});
+    rims_.back().thin |= cover_->IsThin(piece, kThin);
+    fit_.contour_px += piece.length;
+    const cv::Point pixel(static_cast<int>(piece.point.x()), static_cast<int>(piece.point.y()));
+    if (matched(pixel) == 0) {
+      fit_.unmatched += piece.length;
+      continue;
+    }
+    samples_.push_back({piece.point, piece.along, piece.length, {}});
     ++rims_.back().end;
-    rims_.back().thin |= thin;
-    box.extend(piece.point);
   }
   if (fit_.contour_px > 0) fit_.unmatched /= fit_.contour_px;
-  if (samples_.empty()) return;
-  const cv::Point low(pixel(box.min().x()) - kReach, pixel(box.min().y()) - kReach);
-  const cv::Point high(pixel(box.max().x()) + kReach + 1, pixel(box.max().y()) + kReach + 1);
-  region_ = cv::Rect(low, high) & cv::Rect(0, 0, camera_.width, camera_.height);
+}
+
+void SilhouetteView::Compare(const std::vector<char>& without) {
+  std::vector<Rim> kept;
+  std::vector<Sample> samples;
+  for (const Rim& rim : rims_) {
+    if (rim.begin == rim.end || without[rim.a] != 0 || without[rim.b] != 0) continue;
+    Rim& now = kept.emplace_back(rim);
+    now.begin = static_cast<int>(samples.size());
+    samples.insert(samples.end(), samples_.begin() + rim.begin, samples_.begin() + rim.end);
+    now.end = static_cast<int>(samples.size());
+  }
+  rims_ = std::move(kept);
+  samples_ = std::move(samples);
+  if (!samples_.empty()) {
+    FindRegion();
+    CompareAtStart();
+  }
+  cover_.reset();
+}
+
+void SilhouetteView::FindRegion() {
+  Eigen::AlignedBox2d all;
+  for (const Sample& sample : samples_) all.extend(sample.point);
+  const auto around = [](const Eigen::Vector2d& low, const Eigen::Vector2d& high) {
+    const cv::Point first(static_cast<int>(low.x()) - kReach, static_cast<int>(low.y()) - kReach);
+    const cv::Point last(static_cast<int>(high.x()) + kReach, static_cast<int>(high.y()) + kReach);
+    return cv::Rect(first, last + cv::Point(1, 1));
+  };
+  region_ = around(all.min(), all.max()) & cv::Rect(0, 0, camera_.width, camera_.height);
   for (Sample& sample : samples_) {
-    const cv::Rect own =
-        cv::Rect(pixel(sample.point.x()) - kReach - region_.x,
-                 pixel(sample.point.y()) - kReach - region_.y, 2 * kReach + 1, 2 * kReach + 1) &
-        cv::Rect(0, 0, region_.width, region_.height);
-    sample.column = own.x;
-    sample.row = own.y;
-    sample.width = own.width;
-    sample.height = own.height;
+    sample.box = (around(sample.point, sample.point) & region_) - region_.tl();
   }
 }
 
 template <typename Use>
 void SilhouetteView::ForEachPixel(const Sample& sample, const Eigen::Vector2d& outward,
                                   const Use& use) const {
-  for (int y = sample.row; y < sample.row + sample.height; ++y) {
-    for (int x = sample.column; x < sample.column + sample.width; ++x) {
+  for (int y = sample.box.y; y < sample.box.y + sample.box.height; ++y) {
+    for (int x = sample.box.x; x < sample.box.x + sample.box.width; ++x) {
       const size_t pixel = static_cast<size_t>(y) * region_.width + x;
       if (counts_[pixel] == 0) continue;
       const double dx = region_.x + x + 0.5 - sample.point.x();
@@ -121,13 +133,13 @@ void SilhouetteView::ForEachPixel(const Sample& sample, const Eigen::Vector2d& o
   }
 }
 
-void SilhouetteView::CompareAtStart(const LevelView& view, const MeshCover& cover) {
+void SilhouetteView::CompareAtStart() {
   // Blurred with what lies around the region too.
   const cv::Rect around = cv::Rect(region_.x - kReach, region_.y - kReach,
                                    region_.width + 2 * kReach, region_.height + 2 * kReach) &
                           cv::Rect(0, 0, camera_.width, camera_.height);
-  const cv::Mat1f share = cover.Share(around);
-  const cv::Mat1f mask = view.object(around);
+  const cv::Mat1f share = cover_->Share(around);
+  const cv::Mat1f mask = view_->object(around);
   const double pixel_variance = 1.0 / 12;  // both are means over pixels
   cv::Mat1f difference;
   cv::GaussianBlur(cv::Mat1f(share - mask), difference, cv::Size(4 * kReach + 1, 4 * kReach + 1),
@@ -136,14 +148,14 @@ void SilhouetteView::CompareAtStart(const LevelView& view, const MeshCover& cove
   difference = difference(inside);
   counts_.assign(static_cast<size_t>(region_.area()), 0);
   for (const Sample& sample : samples_) {
-    for (int y = sample.row; y < sample.row + sample.height; ++y) {
-      std::fill_n(counts_.begin() + static_cast<long>(y) * region_.width + sample.column,
-                  sample.width, 1);
+    for (int y = sample.box.y; y < sample.box.y + sample.box.height; ++y) {
+      std::fill_n(counts_.begin() + static_cast<long>(y) * region_.width + sample.box.x,
+                  sample.box.width, 1);
     }
   }
-  if (!view.photographed.empty()) {
+  if (!view_->photographed.empty()) {
     cv::Mat1b known;
-    cv::erode(view.photographed(around), known, cv::Mat(), cv::Point(-1, -1), kReach);
+    cv::erode(view_->photographed(around), known, cv::Mat(), cv::Point(-1, -1), kReach);
     known = known(inside);
     for (int y = 0; y < region_.height; ++y) {
       for (int x = 0; x < region_.width; ++x) {

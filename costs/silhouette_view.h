@@ -25,6 +25,7 @@
 
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 #include "core/scene/pyramid.h"
@@ -56,9 +57,12 @@ class SilhouetteView {
     double intersection_share = 0;  // of surface and mask, of their union around the contour
   };
 
-  // `view` has an object mask. `thin_parts`: contours of what is thinner than some pixels are taken too.
+  // The contour. `view` has an object mask, and outlives this until Compare() has been called.
   SilhouetteView(const LevelView& view, const TriangleMesh& mesh, const EdgeFacets& edges,
-                 int level, bool thin_parts);
+                 int level);
+  // Leaves out the rims at vertices that `without` has, and compares surface and mask along the others. Once, before
+  // anything is evaluated.
+  void Compare(const std::vector<char>& without);
 
   const std::vector<Rim>& rims() const { return rims_; }
   const Camera& camera() const { return camera_; }
@@ -71,17 +75,18 @@ class SilhouetteView {
   struct Sample {
     Eigen::Vector2d point;
     double along, length;
-    int column, row;  // first pixel of its box, in region_
-    int width, height;
+    cv::Rect box;  // of pixels of region_
   };
-  void TakeContour(const LevelView& view, const MeshCover& cover, const EdgeFacets& edges,
-                   bool thin_parts);
-  void CompareAtStart(const LevelView& view, const MeshCover& cover);
+  void TakeContour(const EdgeFacets& edges);
+  void FindRegion();
+  void CompareAtStart();
   void Judge(const cv::Mat1f& difference);
   // Calls use(pixel, across, along) for the pixels that count of a sample's box: across its contour, outwards, and along it.
   template <typename Use>
   void ForEachPixel(const Sample& sample, const Eigen::Vector2d& outward, const Use& use) const;
 
+  const LevelView* view_;
+  std::optional<MeshCover> cover_;  // until compared
   Camera camera_;
   cv::Rect region_;  // of the image
   std::vector<Rim> rims_;

@@ -193,7 +193,10 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
   SilhouetteEnergy silhouette(checked.silhouette);
   HeldBackJudge judge(held_back, &photometric);
   refinement.terms = {&photometric, &smoothness};
-  if (checked.silhouette.weight > 0) refinement.terms.push_back(&silhouette);
+  if (checked.silhouette.weight > 0) {
+    refinement.terms.push_back(&silhouette);
+    checked.refinement.level.more_on_finest = checked.silhouette.rounds;
+  }
   refinement.terms.insert(refinement.terms.end(), parts.more_terms.begin(), parts.more_terms.end());
   refinement.judge = judged ? &judge : parts.judge;
   refinement.solve_round = parts.solve_round;
