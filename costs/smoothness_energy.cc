@@ -80,7 +80,7 @@ void SmoothnessRound::SupportIsKnown() {
   for (size_t k = 0; k < vertex_.size(); ++k) {
     const int v = vertex_[k];
     if (context_.keeps_shape[v] == 0) continue;
-    const bool since_level = context_.free[v] != 0 && context_.level_start != nullptr;
+    const bool since_level = context_.level_start != nullptr && context_.free[v] != 0;
     blocks_->SetRest(static_cast<int>(k),
                      since_level ? *context_.level_start : context_.mesh->vertices);
   }

@@ -157,8 +157,7 @@ TEST(SilhouetteEnergy, DoesNotDependOnTheUnitOfTheWorld) {
 TEST(SilhouetteEnergy, FindsTheRadiusOfASphere) {
   for (const double start : {21.5, 18.5}) {
     Spheres spheres(start, 20, Motion::kFree);
-    spheres.options.membrane = 0.3;
-    for (int round = 0; round < 10; ++round) {
+    for (int round = 0; round < 15; ++round) {
       spheres.Freeze();
       const RoundTrial trial = spheres.problem->Try(*FindStrategy("lm_pcg", 1000, SolverOptions()),
                                                     SolverOptions(), spheres.mesh.vertices, {});
