@@ -82,7 +82,7 @@ struct MemoryOptions {
 // Mirrors the stages; every option of a run is in here.
 struct PipelineOptions {
   ImageMaskOptions masks;  // of commands, which load scenes
-  MeshOptions mesh;   // of commands, which orient it before RunPipeline (apps/run/mesh_parts.h)
+  MeshOptions mesh;  // of commands, which orient it before RunPipeline (apps/run/mesh_parts.h)
   PairsOptions pairs;
   PhotometricOptions photo;
   SmoothnessOptions smooth;
