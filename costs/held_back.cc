@@ -49,6 +49,11 @@ class Comparison {
   HeldBackVerdict verdict_;
 };
 
+// Whether outlines alone placed some of the surface: then no window need say anything.
+bool HasOutlines(const RoundContext& context) {
+  return std::find(context.free.begin(), context.free.end(), 1) != context.free.end();
+}
+
 bool IsBefore(const CellScore& a, const CellScore& b) {
   return a.view != b.view ? a.view < b.view : a.cell < b.cell;
 }
@@ -112,7 +117,7 @@ void HeldBackJudge::BeginLevel(const RoundContext& first, const TermRounds& term
   seconds_ = watch.Seconds();
 }
 
-LevelVerdict HeldBackJudge::EndLevel(const RoundContext& /*last*/, const TermRounds& terms,
+LevelVerdict HeldBackJudge::EndLevel(const RoundContext& last, const TermRounds& terms,
                                      const TriangleMesh& after) {
   const Stopwatch watch;
   PhotometricRound& round = photometric_->RoundOf(terms);
@@ -122,12 +127,13 @@ LevelVerdict HeldBackJudge::EndLevel(const RoundContext& /*last*/, const TermRou
   if (facets_ == LevelFacets::kOther) {
     verdict = CompareScores(before_cells_,
                             round.CellScores(after.vertices, PhotometricRound::Windows::kHeldBack));
-    if (verdict.windows <= 0 || (verdict.Worse() && verdict.after - verdict.before > allowed_))
+    if ((verdict.windows <= 0 && !HasOutlines(last)) ||
+        (verdict.Worse() && verdict.after - verdict.before > allowed_))
       level.undo.assign(after.vertices.size(), 1);
   } else {
     verdict = JudgeParts(round.FacetScores(after.vertices, PhotometricRound::Windows::kHeldBack,
                                            /*derivatives=*/false),
-                         after, &level.undo);
+                         after, HasOutlines(last), &level.undo);
   }
   before_ = {};
   before_cells_ = {};
@@ -140,7 +146,7 @@ LevelVerdict HeldBackJudge::EndLevel(const RoundContext& /*last*/, const TermRou
 }
 
 HeldBackVerdict HeldBackJudge::JudgeParts(const std::vector<FacetScore>& scores,
-                                          const TriangleMesh& after,
+                                          const TriangleMesh& after, bool outlines,
                                           std::vector<char>* undo) const {
   std::vector<int> kept;
   for (const std::vector<int>& part : ConnectedComponents(after)) {
@@ -154,7 +160,7 @@ HeldBackVerdict HeldBackJudge::JudgeParts(const std::vector<FacetScore>& scores,
   }
   std::sort(kept.begin(), kept.end());
   const HeldBackVerdict rest = CompareScores(before_, scores, kept);
-  if (rest.windows <= 0 || rest.Worse()) undo->assign(after.vertices.size(), 1);
+  if ((rest.windows <= 0 && !outlines) || rest.Worse()) undo->assign(after.vertices.size(), 1);
   return CompareScores(before_, scores);
 }
 

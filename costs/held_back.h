@@ -46,7 +46,7 @@ HeldBackVerdict CompareScores(const std::vector<CellScore>& before,
                               const std::vector<CellScore>& after);
 
 // A connected component of the mesh is undone when it is worse by itself, however large the others are; all of
-// the mesh when what is left is worse, or has no window to judge it by. Of a mesh with other facets all is undone or
+// the mesh when what is left is worse, or has no window to judge it by and was not placed by outlines (RoundContext::free). Of a mesh with other facets all is undone or
 // nothing, and fewer facets may cost a twentieth of what the level before them gained.
 class HeldBackJudge : public LevelJudge {
  public:
@@ -62,9 +62,9 @@ class HeldBackJudge : public LevelJudge {
                         const TriangleMesh& after) override;
 
  private:
-  // The verdict of all facets; of parts that are worse, the vertices.
+  // The verdict of all facets; of parts that are worse, the vertices. `outlines`: they may have placed what no window sees.
   HeldBackVerdict JudgeParts(const std::vector<FacetScore>& scores, const TriangleMesh& after,
-                             std::vector<char>* undo) const;
+                             bool outlines, std::vector<char>* undo) const;
 
   const std::vector<CameraPair> pairs_;
   const PhotometricEnergy* const photometric_;

@@ -8,8 +8,9 @@ namespace burin {
 PatchCost::PatchCost(const PhotometricRound* round, const std::vector<int>& vertices,
                      std::shared_ptr<std::vector<PatchFactor>> factors, size_t index)
     : round_(round), vertices_(vertices), factors_(std::move(factors)), index_(index) {
-  const int own = round->context().motion == Motion::kNormal ? 1 : 3;
-  set_num_residuals(own * static_cast<int>(vertices.size()) + 1);
+  int unknowns = 0;
+  for (const int v : vertices) unknowns += round->context().Unknowns(v);
+  set_num_residuals(unknowns + 1);
   mutable_parameter_block_sizes()->assign(vertices.size(), 3);
 }
 
@@ -28,21 +29,21 @@ bool PatchCost::Evaluate(double const* const* /*parameters*/, double* residuals,
   const RoundContext& context = round_->context();
   const int rows = num_residuals();
   const double* factor = made.values.data() + rows;
+  size_t first = 0;  // unknown
   for (size_t k = 0; k < vertices_.size(); ++k) {
+    const size_t count = context.Unknowns(vertices_[k]);
+    const size_t unknown = first;
+    first += count;
     if (jacobians[k] == nullptr) continue;
-    // Column u of L^T is row u of L: entries 0..u, then zeros.
     std::fill(jacobians[k], jacobians[k] + 3 * static_cast<size_t>(rows), 0.0);
-    if (context.motion == Motion::kNormal) {
-      const Eigen::Vector3d& direction = context.normals[vertices_[k]];
-      const double* column = factor + k * (k + 1) / 2;
-      for (size_t row = 0; row <= k; ++row) {
-        for (int c = 0; c < 3; ++c) jacobians[k][3 * row + c] = column[row] * direction[c];
-      }
-    } else {
-      for (size_t c = 0; c < 3; ++c) {
-        const size_t unknown = 3 * k + c;
-        const double* column = factor + unknown * (unknown + 1) / 2;
-        for (size_t row = 0; row <= unknown; ++row) jacobians[k][3 * row + c] = column[row];
+    const bool along_normal = context.MovesAlongNormal(vertices_[k]);
+    for (size_t u = 0; u < count; ++u) {
+      const Eigen::Vector3d direction =
+          along_normal ? context.normals[vertices_[k]] : Eigen::Vector3d::Unit(static_cast<int>(u));
+      // Column u of L^T is row u of L: entries 0..u, then zeros.
+      const double* column = factor + (unknown + u) * (unknown + u + 1) / 2;
+      for (size_t row = 0; row <= unknown + u; ++row) {
+        for (int c = 0; c < 3; ++c) jacobians[k][3 * row + c] += column[row] * direction[c];
       }
     }
   }

@@ -1,5 +1,5 @@
 // The photometric energy of one vertex patch as a Ceres cost function: the residuals and the Jacobian of
-// costs/patch_system.h. With Motion::kNormal J = d r / d h_k N_k^T; LineAlongNormal manifolds go with it.
+// costs/patch_system.h. Of a vertex that moves along its normal J = d r / d h_k N_k^T; a LineAlongNormal manifold goes with it.
 #pragma once
 
 #include <ceres/cost_function.h>

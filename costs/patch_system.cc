@@ -71,9 +71,10 @@ void PatchVertices(const RoundContext& context, int vertex, std::vector<int>* ve
 
 void PatchSystem::Make(const PhotometricRound& round, int vertex) {
   const RoundContext& context = round.context();
-  const bool normal_motion = context.motion == Motion::kNormal;
   PatchVertices(context, vertex, &vertices);
-  const size_t n = (normal_motion ? 1 : 3) * vertices.size();
+  first_unknown.assign(1, 0);
+  for (const int v : vertices) first_unknown.push_back(first_unknown.back() + context.Unknowns(v));
+  const size_t n = first_unknown.back();
   cost = 0;
   gradient.assign(n, 0.0);
   curvature.assign(n * n, 0.0);
@@ -83,30 +84,24 @@ void PatchSystem::Make(const PhotometricRound& round, int vertex) {
     const CornerSums sums = round.corner_sums()[3 * static_cast<size_t>(*f) + own];
     const Eigen::Vector3d& normal = round.facet_normals()[*f];
     cost += sums.share;
-    size_t local[3];
-    double along[3] = {0, 0, 0};  // n . N_k
+    size_t first[3];
+    int count[3];
+    Eigen::Vector3d along[3];  // n . d of every unknown
     for (int k = 0; k < 3; ++k) {
-      local[k] = static_cast<size_t>(std::find(vertices.begin(), vertices.end(), face[k]) -
-                                     vertices.begin());
-      if (normal_motion) along[k] = normal.dot(context.normals[face[k]]);
+      const auto local = std::find(vertices.begin(), vertices.end(), face[k]) - vertices.begin();
+      first[k] = first_unknown[local];
+      count[k] = context.Unknowns(face[k]);
+      along[k] = normal;
+      if (context.MovesAlongNormal(face[k])) along[k][0] = normal.dot(context.normals[face[k]]);
     }
     for (int k = 0; k < 3; ++k) {
-      const size_t row = local[k];
-      if (normal_motion) {
-        gradient[row] += sums.slope[k] * along[k];
-      } else {
-        for (int c = 0; c < 3; ++c) gradient[3 * row + c] += sums.slope[k] * normal[c];
-      }
-      for (int l = 0; l < 3; ++l) {
-        const size_t column = local[l];
-        const double value = sums.curvature[CornerSums::Packed(k, l)];
-        if (normal_motion) {
-          curvature[row * n + column] += value * along[k] * along[l];
-          continue;
-        }
-        for (int c = 0; c < 3; ++c) {
-          for (int d = 0; d < 3; ++d) {
-            curvature[(3 * row + c) * n + 3 * column + d] += value * normal[c] * normal[d];
+      for (int c = 0; c < count[k]; ++c) {
+        const size_t row = first[k] + c;
+        gradient[row] += sums.slope[k] * along[k][c];
+        for (int l = 0; l < 3; ++l) {
+          const double value = sums.curvature[CornerSums::Packed(k, l)];
+          for (int d = 0; d < count[l]; ++d) {
+            curvature[row * n + first[l] + d] += value * along[k][c] * along[l][d];
           }
         }
       }

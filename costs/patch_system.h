@@ -17,8 +17,8 @@
 // wherever a window has gradient it has cost too. (With the cost at the window's centre alone, a patch with
 // taps and no counted window of its own would have a gradient that no residual can carry: at silhouettes.)
 //
-// With Motion::kNormal the system is formed in the displacements h_k along the vertex normals N_k. With kFree it is
-// formed in all coordinates.
+// Of a vertex that moves along its normal N_k (RoundContext::MovesAlongNormal) the unknown is the displacement h_k, of
+// others all coordinates.
 #pragma once
 
 #include <cstdint>
@@ -31,10 +31,10 @@ namespace burin {
 // Vertices of the facets of `vertex`, itself first.
 void PatchVertices(const RoundContext& context, int vertex, std::vector<int>* vertices);
 
-// c, g and H of a patch in its own unknowns: K displacements (kNormal) or 3 K coordinates (kFree), K = number of its
-// vertices. To be used again for the next patch.
+// c, g and H of a patch in its own unknowns. To be used again for the next patch.
 struct PatchSystem {
-  std::vector<int> vertices;  // PatchVertices()
+  std::vector<int> vertices;       // PatchVertices()
+  std::vector<int> first_unknown;  // of each, and their number
   double cost = 0;
   std::vector<double> gradient;
   std::vector<double> curvature;  // row-major, both triangles

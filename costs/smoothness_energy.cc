@@ -78,8 +78,11 @@ void SmoothnessRound::AddBlocks(RoundEnergy* energy) {
 
 void SmoothnessRound::SupportIsKnown() {
   for (size_t k = 0; k < vertex_.size(); ++k) {
-    if (context_.keeps_shape[vertex_[k]] == 0) continue;
-    blocks_->SetRest(static_cast<int>(k), context_.mesh->vertices);
+    const int v = vertex_[k];
+    if (context_.keeps_shape[v] == 0) continue;
+    const bool since_level = context_.level_start != nullptr && context_.free[v] != 0;
+    blocks_->SetRest(static_cast<int>(k),
+                     since_level ? *context_.level_start : context_.mesh->vertices);
   }
   vertex_ = {};
 }

@@ -7,7 +7,7 @@
 // coarsely, evenly or adapted. (For the bi-Laplacian it does depend on that.)
 //
 // A vertex that keeps its shape (RoundContext::keeps_shape: the round has no evidence for it, or it is on a
-// part thinner than a window) has as target L V at the start of the round. So it follows its surroundings and
+// part thinner than a window) has as target L V at the start of the round, where it is free that of the level. So it follows its surroundings and
 // neither shrinks nor flattens.
 #pragma once
 

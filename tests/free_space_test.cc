@@ -150,6 +150,7 @@ TEST(FreeSpace, TheSheetIsPutBackIntoASurfaceThatIsCutAnew) {
   PipelineOptions options;
   options.refinement.level.finest = 1;
   options.refinement.surface.remesh = SurfaceFacets::kAdapted;
+  options.surface.trim = SurfaceTrim::kNone;
   FreeSpace found;
   PipelineParts parts;
   parts.measure_quality = true;

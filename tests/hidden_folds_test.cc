@@ -20,6 +20,7 @@ struct Bulge {
     context.boundary = BoundaryVertices(mesh, VertexFaces(mesh));
     context.seen.assign(mesh.vertices.size(), 1);
     context.moves.assign(mesh.vertices.size(), 1);
+    context.supported.assign(mesh.vertices.size(), 0);
   }
   bool Inside(const Eigen::Vector3d& p) const {
     return std::max(std::abs(p.x()), std::abs(p.y())) < 0.6;

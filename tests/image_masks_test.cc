@@ -135,6 +135,46 @@ TEST(ImageMasks, AreReadByColmapsNames) {
   refused("view0.png.png: image size: is 5 x 4 but camera 1 is 6 x 4");
 }
 
+// As shares of pixels; the largest grey level is the whole object, and what the lens takes from outside the photograph is
+// none.
+TEST(ImageMasks, ThatMeanTheObjectKeepTheirGreyLevels) {
+  const TempFolder folder;
+  WriteColmapScene(TinyScene(), folder.path() / "scene", true);
+  const std::filesystem::path masks = folder.path() / "masks";
+  std::filesystem::create_directories(masks);
+  SceneSource source = {folder.path() / "scene", {}, {}, MaskMeaning::kObject};
+  EXPECT_THROW(LoadScene(source), InputError);  // none names a mask
+  cv::Mat mask(4, 6, CV_8UC1, cv::Scalar(0));
+  mask.at<uint8_t>(1, 2) = 50;
+  mask.at<uint8_t>(1, 3) = 100;
+  WriteGrayImage(mask, masks / "view1.png.png");
+  source.masks = masks;
+  const Scene read = LoadScene(source);
+  EXPECT_TRUE(read.views[0].object.empty());
+  EXPECT_EQ(cv::countNonZero(read.views[1].mask), 2);
+  EXPECT_EQ(cv::countNonZero(read.views[1].object), 2);
+  EXPECT_NEAR(read.views[1].object.at<uint8_t>(1, 2), 127.5, 0.6);
+  EXPECT_EQ(read.views[1].object.at<uint8_t>(1, 3), 255);
+  source.masks_mean = MaskMeaning::kIgnore;
+  EXPECT_TRUE(LoadScene(source).views[1].object.empty());
+}
+
+TEST(ImageMasks, ALevelHasTheObjectsShare) {
+  Scene scene;
+  View& view = scene.views.emplace_back();
+  view.camera = test::LookAt({0, 0, 3}, {0, 0, 0}, 64, 32, 70);
+  view.gray = cv::Mat(32, 64, CV_8UC1, cv::Scalar(100));
+  view.object = cv::Mat(32, 64, CV_8UC1, cv::Scalar(0));
+  view.object.at<uint8_t>(10, 20) = 255;
+  view.photographed = cv::Mat(32, 64, CV_8UC1, cv::Scalar(255));
+  view.photographed.at<uint8_t>(0, 0) = 0;
+  const LevelView level = MakeLevelViews(scene, 1, Eigen::Vector3d::Zero(), 1)[0];
+  EXPECT_FLOAT_EQ(level.object(5, 10), 0.25F);
+  EXPECT_EQ(cv::countNonZero(level.object), 1);
+  EXPECT_EQ(level.photographed(0, 0), 0);
+  EXPECT_EQ(cv::countNonZero(level.photographed), 16 * 32 - 1);
+}
+
 // Something that moved through two views, and masks that leave it out.
 TEST(ImageMasks, LeavingOutAMovingObjectMendsTheMesh) {
   SyntheticOptions options = test::SmallReliefOptions(6);

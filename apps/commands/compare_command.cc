@@ -74,7 +74,7 @@ void CompareCommand::Run() {
   TriangleMesh mesh = ReadMesh(mesh_path, &report);
   const MemoryCheck memory = CheckMemoryOfAll(LoadScene(source.Source(), /*with_images=*/false),
                                               mesh, pipeline, compare.Names());
-  const Scene scene = LoadScene(source.Source());
+  const Scene scene = LoadScene(source.Source(pipeline.masks.meaning));
   const MeshParts parts = OrientAndCheck(scene, pipeline.mesh, mesh_path, &mesh);
   Truth truth;
   if (!truth_path.empty()) truth = ReadTruth(truth_path);

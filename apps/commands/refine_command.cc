@@ -210,7 +210,7 @@ void RefineCommand::Run() {
   TriangleMesh mesh = ReadMesh(mesh_path, &report);
   RunInputs inputs;
   inputs.memory = CheckMemory(LoadScene(source.Source(), /*with_images=*/false), mesh, options);
-  const Scene whole = LoadScene(source.Source());
+  const Scene whole = LoadScene(source.Source(options.masks.meaning));
   inputs.parts = OrientAndCheck(whole, options.mesh, mesh_path, &mesh);
   if (!resume_path.empty()) CheckUnchanged(checkpoint, whole, mesh);
   const std::string instruction_set = KernelInstructionSet();

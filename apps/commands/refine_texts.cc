@@ -1,6 +1,7 @@
 #include "apps/commands/refine_texts.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <sstream>
 
@@ -118,6 +119,28 @@ std::string ViewsText(const RoundContext& context, const std::vector<std::string
   return "level " + std::to_string(name.width) + "x" + std::to_string(name.height) + ": " + text;
 }
 
+namespace {
+
+// "; contours 0.12 px outside the outlines, 3 % of them without one": over all views, by length.
+std::string OutlinesText(const nlohmann::json& terms) {
+  if (!terms.contains("silhouette")) return {};
+  double length = 0;
+  double outside = 0;
+  double unmatched = 0;
+  for (const nlohmann::json& view : terms["silhouette"]["views"]) {
+    const double of_view = view["contour_px"];
+    length += of_view;
+    outside += of_view * view["signed_px"].get<double>();
+    unmatched += of_view * view["unmatched"].get<double>();
+  }
+  if (length == 0) return {};
+  return "; contours " + Fixed(std::abs(outside) / length, 2) + " px " +
+         (outside < 0 ? "inside" : "outside") + " the outlines, " +
+         PercentText(unmatched / length) + " of them without one";
+}
+
+}  // namespace
+
 std::string RoundText(const RoundContext& context, const TriangleMesh& mesh,
                       const RoundSummary& round) {
   std::ostringstream text;
@@ -131,7 +154,7 @@ std::string RoundText(const RoundContext& context, const TriangleMesh& mesh,
   if (round.guard.reverted_vertices > 0) {
     text << ", " << round.guard.reverted_vertices << " vertices taken back";
   }
-  return text.str();
+  return text.str() + OutlinesText(round.terms);
 }
 
 std::vector<std::string> LevelTexts(const LevelSummary& level, bool crossings) {

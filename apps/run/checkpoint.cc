@@ -59,6 +59,7 @@ std::string InputsFingerprint(const Scene& scene, const TriangleMesh& mesh) {
     add(projection.data(), sizeof(projection));
     add_image(view.mask);
     add_image(view.gray);
+    if (!view.object.empty()) add_image(view.object);
   }
   add(mesh.vertices.data(), mesh.vertices.size() * sizeof(mesh.vertices[0]));
   add(mesh.faces.data(), mesh.faces.size() * sizeof(mesh.faces[0]));

@@ -1,5 +1,6 @@
 #include "apps/run/pipeline.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "apps/run/free_space_output.h"
@@ -11,6 +12,7 @@
 #include "core/support/parallel.h"
 #include "core/support/stopwatch.h"
 #include "costs/held_back.h"
+#include "costs/silhouette_energy.h"
 #include "costs/vertex_quality.h"
 
 namespace burin {
@@ -55,10 +57,12 @@ void SelectOptions::Describe(OptionSet* set) {
 }
 
 void PipelineOptions::Describe(OptionSet* set) {
+  masks.Describe(set);
   mesh.Describe(set);
   pairs.Describe(set);
   photo.Describe(set);
   smooth.Describe(set);
+  silhouette.Describe(set);
   refinement.Describe(set);
   verdict.Describe(set);
   surface.Describe(set);
@@ -76,6 +80,9 @@ void PipelineOptions::Check() const {
     throw InputError("photo.window = " + std::to_string(photo.window) + ": must be odd");
   }
   pairs.Check();
+  if (silhouette.weight > 0 && masks.meaning == MaskMeaning::kIgnore) {
+    throw InputError("silhouette.weight: needs masks.meaning = object, and masks of the object");
+  }
   const CamerasOptions& cameras = refinement.cameras;
   if (IntrinsicsOf(cameras.refine) != IntrinsicUnknowns::kNone && !cameras.ByTracks()) {
     throw InputError("cameras.steps = joint: moves poses only; cameras.refine = " +
@@ -117,6 +124,11 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
   PipelineOptions checked = options;  // an observer may change the caller's
   checked.Check();
   const ThreadScope threads(checked.threads);
+  if (checked.silhouette.weight > 0 &&
+      std::all_of(scene.views.begin(), scene.views.end(),
+                  [](const View& view) { return view.object.empty(); })) {
+    throw InputError("silhouette.weight: no view of the scene has a mask of the object");
+  }
 
   PipelineResult result;
   const Stopwatch watch;
@@ -178,8 +190,13 @@ PipelineResult RunPipeline(const Scene& scene, const TriangleMesh& mesh,
   const bool judged = checked.refinement.guard.levels && parts.judge == nullptr;
   PhotometricEnergy photometric(checked.photo, /*hold_back_squares=*/judged && held_back.empty());
   SmoothnessEnergy smoothness(checked.smooth);
+  SilhouetteEnergy silhouette(checked.silhouette);
   HeldBackJudge judge(held_back, &photometric);
   refinement.terms = {&photometric, &smoothness};
+  if (checked.silhouette.weight > 0) {
+    refinement.terms.push_back(&silhouette);
+    checked.refinement.level.more_on_finest = checked.silhouette.rounds;
+  }
   refinement.terms.insert(refinement.terms.end(), parts.more_terms.begin(), parts.more_terms.end());
   refinement.judge = judged ? &judge : parts.judge;
   refinement.solve_round = parts.solve_round;

@@ -17,9 +17,11 @@
 #include "core/mesh/mesh_io.h"
 #include "core/refine/camera_rounds.h"
 #include "core/refine/refinement.h"
+#include "core/scene/mask_options.h"
 #include "core/scene/scene.h"
 #include "core/support/options.h"
 #include "costs/photometric_energy.h"
+#include "costs/silhouette_options.h"
 #include "costs/smoothness_energy.h"
 #include "selection/pair_selection.h"
 
@@ -79,10 +81,12 @@ struct MemoryOptions {
 
 // Mirrors the stages; every option of a run is in here.
 struct PipelineOptions {
+  ImageMaskOptions masks;  // of commands, which load scenes
   MeshOptions mesh;  // of commands, which orient it before RunPipeline (apps/run/mesh_parts.h)
   PairsOptions pairs;
   PhotometricOptions photo;
   SmoothnessOptions smooth;
+  SilhouetteTermOptions silhouette;
   RefinementOptions refinement;
   VerdictOptions verdict;
   SurfaceOptions surface;

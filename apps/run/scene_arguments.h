@@ -13,7 +13,9 @@ struct SceneArguments {
   std::string images;
   std::string masks;
 
-  SceneSource Source() const { return {scene, images, masks}; }
+  SceneSource Source(MaskMeaning masks_mean = MaskMeaning::kIgnore) const {
+    return {scene, images, masks, masks_mean};
+  }
   // As on a command line: "SCENE --images DIR --masks DIR".
   std::string Text() const;
   // With paths that hold from any folder.

@@ -165,7 +165,8 @@ void RunFrozen(const Scene& scene, const TriangleMesh& mesh, const PipelineOptio
   parts.measure_quality = false;
   parts.solve_round = [&](const FrozenRound& frozen) {
     const Strategy* reference = FindStrategy(solver.type, frozen.unknowns, solver);
-    const bool last = frozen.level == level.finest && frozen.round == level.rounds - 1;
+    const bool last =
+        frozen.level == level.finest && frozen.round == level.RoundsAt(level.finest) - 1;
     comparison->references.push_back(reference != nullptr ? reference->name : solver.type);
     RoundTrial next;
     bool have_next = false;

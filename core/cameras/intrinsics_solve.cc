@@ -30,8 +30,8 @@ IntrinsicsSolve::IntrinsicsSolve(const Scene& scene, const MeshTracks& tracks,
     for (const int v : shared_[c].views) camera_of_[v] = static_cast<int>(c);
   }
   for (const View& view : scene.views) {
-    views_.push_back(
-        {view.name, view.image_path, view.mask_path, view.camera, {}, {}, view.origin});
+    View& kept = views_.emplace_back(view);
+    kept.gray = kept.mask = kept.object = kept.photographed = cv::Mat();
   }
   numbers_.assign(shared_.size(), {});
   IntrinsicNumbers unknown;

@@ -62,23 +62,18 @@ void RoundProblem::SupportIsKnown() {
   for (const int v : energy_.Used()) {
     if (energy_.IsCamera(v)) {
       energy_.SetManifold(v, &pose_motion_);
-      ++moving_cameras_;
+      unknowns_ += pose_motion_.TangentSize();
     }
     if (v >= vertex_count) continue;
     if (context.normals[v].isZero() || context.moves[v] == 0) {
       energy_.SetConstant(v);
       continue;
     }
-    ++moving_;
-    if (context.motion == Motion::kNormal) {
+    unknowns_ += context.Unknowns(v);
+    if (context.MovesAlongNormal(v)) {
       energy_.SetManifold(v, &lines_.emplace_back(context.normals[v]));
     }
   }
-}
-
-int RoundProblem::Unknowns() const {
-  return moving_ * (task.context->motion == Motion::kNormal ? 1 : 3) +
-         moving_cameras_ * pose_motion_.TangentSize();
 }
 
 nlohmann::json RoundProblem::EnergyByTerm() const {

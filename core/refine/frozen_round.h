@@ -77,7 +77,7 @@ class RoundProblem {
   // The context's `supported` and `moves` are final. To be called once, before anything below.
   void SupportIsKnown();
 
-  int Unknowns() const;  // of the vertices and cameras that may move
+  int Unknowns() const { return unknowns_; }  // of the vertices and cameras that may move
   // At the vertices' current positions, and their "total".
   nlohmann::json EnergyByTerm() const;
   int64_t WindowCount() const;  // of all terms, where they were evaluated last
@@ -95,8 +95,7 @@ class RoundProblem {
   std::unique_ptr<ceres::EvaluationCallback> callback_;
   std::vector<LineAlongNormal> lines_;
   PoseManifold pose_motion_;
-  int moving_ = 0;  // vertices
-  int moving_cameras_ = 0;
+  int unknowns_ = 0;
 };
 
 // The strategy of that name; throws InputError when there is none or it cannot take the problem.

@@ -8,7 +8,9 @@ namespace {
 // Vertices to move: hidden ones in connected parts that touch a vertex which is not hidden.
 std::vector<int> HiddenAndAnchored(const RoundContext& context) {
   const int count = static_cast<int>(context.seen.size());
-  const auto hidden = [&context](int v) { return context.moves[v] != 0 && context.seen[v] == 0; };
+  const auto hidden = [&context](int v) {
+    return context.moves[v] != 0 && context.seen[v] == 0 && context.supported[v] == 0;
+  };
   std::vector<char> open(count);  // hidden and not yet reached
   for (int v = 0; v < count; ++v) open[v] = static_cast<char>(hidden(v));
   std::vector<int> moved;

@@ -11,12 +11,12 @@
 
 namespace burin {
 
-// Moves every vertex that a pair saw in an earlier round and none sees now (it is not seen, but moves:
+// Moves every vertex that a pair saw in an earlier round and none sees now (it is not seen and not supported, but moves:
 // core/refine/support.h) to the mean of its neighbours, `sweeps` times, all at once in each: the folds tend to
 // the membrane over their rims. Vertices on an open border take the mean of their neighbours along
 // it. All others stay where they are, and so do parts that hang on none of them, which would shrink
 // to a point. Returns the number of vertices moved. `context` may be that of before a solve: its
-// neighbours, `seen` and `moves` are used, no positions.
+// neighbours, `seen`, `supported` and `moves` are used, no positions.
 int RelaxHiddenFolds(const RoundContext& context, int sweeps, TriangleMesh* mesh);
 
 }  // namespace burin

@@ -88,7 +88,10 @@ int Level::Rounds(const RefinementState& state) const {
   const LevelOptions& level = task_.options.level;
   const RemeshingOptions& surface = task_.options.surface;
   if (state.CutsAnew()) return surface.rounds;
-  if (state.remeshing > 0) return level.rounds - surface.RoundsBefore(level.rounds);
+  if (state.remeshing > 0) {
+    const int all = level.RoundsAt(level_);
+    return all - surface.RoundsBefore(all);
+  }
   const bool late = level_ != task_.first_level && IsFirst(state.summary.levels);
   const int all = level.RoundsAt(level_) + (late ? level.extra_rounds : 0);
   return level_ == level.finest ? surface.RoundsBefore(all) : all;
@@ -184,6 +187,14 @@ std::unique_ptr<Level::Frozen> Level::Freeze(const RefinementState& state, bool 
       hold_back ? &frozen->held_back : nullptr);
   frozen->context.level = level_;
   frozen->context.first_level = IsFirst(state.summary.levels);
+  frozen->context.finest_level = level_ == task_.options.level.finest;
+  const size_t count = mesh_.vertices.size();
+  if (state.level_start.vertices.size() == count && state.order.vertex.size() == count) {
+    for (const int v : state.order.vertex) {
+      frozen->level_start.push_back(state.level_start.vertices[v]);
+    }
+    frozen->context.level_start = &frozen->level_start;
+  }
   return frozen;
 }
 
@@ -244,7 +255,7 @@ std::optional<std::vector<Eigen::Vector3d>> Level::Solve(RefinementState* state,
     task_.parts.judge->BeginLevel(frozen_->context, *frozen_->terms, LevelFacets::kSame, nullptr);
   }
   summary->supported_vertices = FindSupport(*frozen_->terms, state->order, task_.options.hidden,
-                                            &state->was_supported, &frozen_->context);
+                                            joint, &state->was_supported, &frozen_->context);
   if (summary->supported_vertices == 0) return std::nullopt;
   problem.SupportIsKnown();
   windows_ = problem.WindowCount();

@@ -55,6 +55,7 @@ class Level {
     RoundContext context;
     std::vector<ViewDomain> domains;
     std::vector<ViewPartners> held_back;
+    std::vector<Eigen::Vector3d> level_start;
     std::optional<TermRounds> terms;
   };
 

@@ -45,7 +45,7 @@ bool FinestGoesOn(const RefinementOptions& options, const RefinementState& state
     return false;
   }
   if (state.remeshing == 2) {
-    const int rounds = options.level.rounds;
+    const int rounds = options.level.RoundsAt(options.level.finest);
     return levels.back().undone && options.surface.RoundsBefore(rounds) < rounds;
   }
   if (state.remeshing > 0) return state.CutsAnew() && levels.back().undone;

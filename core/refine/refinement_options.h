@@ -23,7 +23,11 @@ struct LevelOptions {
   double border_px = 3;            // second-view points nearer to the border are left out
   void Describe(OptionSet* set);
 
-  int RoundsAt(int level) const { return rounds + (level - finest) * extra_rounds; }
+  int more_on_finest = 0;  // rounds; of terms that ask for them, no option by itself
+
+  int RoundsAt(int level) const {
+    return rounds + (level - finest) * extra_rounds + (level == finest ? more_on_finest : 0);
+  }
 };
 
 // Whether the surface is cut into facets anew after the finest level (core/refine/remeshing.h): by sizes adapted to its bends.

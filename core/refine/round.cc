@@ -72,6 +72,7 @@ RoundContext FreezeRound(const std::vector<LevelView>& views, const std::vector<
   context.supported = context.seen;
   context.moves = context.seen;
   context.keeps_shape.assign(context.seen.size(), 0);
+  context.free.assign(context.seen.size(), 0);
   return context;
 }
 

@@ -46,12 +46,20 @@ std::vector<float> SupportAround(const RoundContext& context) {
 }  // namespace
 
 int FindSupport(const TermRounds& terms, const MeshOrder& order, HiddenVertices hidden,
-                std::vector<char>* was_supported, RoundContext* context) {
+                bool cameras_move, std::vector<char>* was_supported, RoundContext* context) {
   context->supported.assign(context->seen.size(), 0);
   for (const auto& [term, round] : terms) {
     round->MarkSupported(context->mesh->vertices, &context->supported);
   }
   const std::vector<float> around = SupportAround(*context);
+  std::vector<char> outlined(context->seen.size(), 0);
+  std::vector<char> free(context->seen.size(), 0);
+  for (const auto& [term, round] : terms) round->MarkOutlined(&outlined, &free);
+  for (size_t v = 0; v < outlined.size(); ++v) {
+    if (outlined[v] == 0) continue;
+    if (context->supported[v] == 0) free[v] = 1;
+    context->supported[v] = 1;
+  }
   context->moves = context->supported;
   for (size_t v = 0; v < order.vertex.size(); ++v) {
     char& was_seen = (*was_supported)[order.vertex[v]];
@@ -65,8 +73,9 @@ int FindSupport(const TermRounds& terms, const MeshOrder& order, HiddenVertices 
   context->keeps_shape =
       ThinVertices(*context->mesh, context->normals, kThinPx * std::ldexp(1.0, context->level));
   for (size_t v = 0; v < context->moves.size(); ++v) {
-    if (context->moves[v] == 0) context->keeps_shape[v] = 1;
+    if (context->moves[v] == 0 || free[v] != 0) context->keeps_shape[v] = 1;
   }
+  if (!cameras_move) context->free = std::move(free);
   return static_cast<int>(std::count(context->supported.begin(), context->supported.end(), 1));
 }
 

@@ -7,6 +7,9 @@
 // that is seen moves as well where a good share of the surface around it is supported. The others keep their
 // shape (core/refine/carry.h). So do, while they move, parts thinner than a window (core/refine/thin_parts.h):
 // there smoothness acts on displacements and not on positions.
+//
+// Outlines of the object support vertices too (TermRound::MarkOutlined). What they alone support, and what is thin between
+// them, is free and keeps its shape.
 #pragma once
 
 #include <vector>
@@ -17,10 +20,11 @@
 
 namespace burin {
 
-// Asks the terms at the positions of the context's mesh and sets context->supported, moves and keeps_shape. Adds
+// Asks the terms at the positions of the context's mesh and sets context->supported, moves, free and keeps_shape; none is
+// free where cameras move. Adds
 // what the round sees to `was_supported`, the state's (RefinementState), by `order`. Returns the number of
 // supported vertices.
 int FindSupport(const TermRounds& terms, const MeshOrder& order, HiddenVertices hidden,
-                std::vector<char>* was_supported, RoundContext* context);
+                bool cameras_move, std::vector<char>* was_supported, RoundContext* context);
 
 }  // namespace burin

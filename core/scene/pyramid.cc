@@ -91,6 +91,12 @@ std::vector<LevelView> MakeLevelViews(const Scene& scene, const std::vector<Came
             reduced, source.mask.empty() ? cv::Mat() : WholePixels(source.mask, size));
       }
       if (!source.mask.empty()) ApplyMask(source.mask, &view);
+      if (!source.object.empty()) {
+        cv::Mat1f object;
+        source.object.convertTo(object, CV_32F, 1 / 255.0);
+        cv::resize(object, view.object, size, 0, 0, cv::INTER_AREA);
+      }
+      if (!source.photographed.empty()) view.photographed = WholePixels(source.photographed, size);
       view.camera = cameras[i].Resized(size.width, size.height).InScaledWorld(origin, scale);
     }
   });

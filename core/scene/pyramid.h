@@ -23,6 +23,8 @@ struct LevelView {
   Camera camera;
   cv::Mat image;           // grey levels 0..255, CV_8UC1 or CV_32FC1
   cv::Mat mask;            // CV_8UC1, 0 = not to be used; empty = all pixels are
+  cv::Mat1f object;        // View::object, 0 to 1; empty = not known
+  cv::Mat1b photographed;  // 0 where that is made of pixels outside the photograph; empty = nowhere
   double noise_sigma = 0;  // of this level's image, in grey levels (core/image/grey_statistics.h)
   // Of the photographs in full, in grey levels, the same at all levels.
   double contrast = 0;           // of all views together

@@ -37,6 +37,11 @@ struct View {
       gray;  // CV_8UC1 or CV_32FC1 (grey levels 0..255), camera.width x camera.height, undistorted
   cv::Mat mask;  // CV_8UC1 of the same size, 0 = pixel not to be used; empty = all are
   Origin origin;
+  // What of each pixel the object covers, where masks say that (core/scene/mask_options.h): CV_8UC1 of the same size,
+  // 0 = nothing, 255 = all; empty = not known.
+  cv::Mat object;
+  // Where the lens leaves `object` unknown: CV_8UC1, 0 = outside the photograph; empty = nowhere.
+  cv::Mat photographed;
 };
 
 struct ScenePoint {

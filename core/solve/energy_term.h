@@ -43,13 +43,25 @@ struct RoundContext {
   std::vector<char> seen;                // some facet of the vertex has a pixel in some Omega_ij
   // Some term has data about where the vertex is (TermRound::MarkSupported); `seen` until they are asked.
   std::vector<char> supported;
+  // Takes part in the solve, supported by outlines (TermRound::MarkOutlined) and not by windows, or thin between outlines:
+  // it moves in three directions whatever `motion` is, and keeps the shape that it had as the level began.
+  std::vector<char> free;
   // Takes part in the solve (core/refine/support.h). The others are carried along afterwards (core/refine/carry.h).
   std::vector<char> moves;
   // Smoothness acts on its displacement and not on its position: it keeps its shape (core/refine/support.h).
   std::vector<char> keeps_shape;
   Motion motion = Motion::kNormal;
+  // Of the mesh's vertices as the level began; null: as the round did.
+  const std::vector<Eigen::Vector3d>* level_start = nullptr;
+  bool finest_level = true;  // of the run
   int level = 0;             // of the pyramid
   bool first_level = false;  // of the run: none before it moved anything
+
+  bool MovesAlongNormal(int v) const {
+    return motion == Motion::kNormal && (free.empty() || free[v] == 0);
+  }
+  // Of a vertex that moves.
+  int Unknowns(int v) const { return MovesAlongNormal(v) ? 1 : 3; }
 };
 
 // A term in one round. Whatever it refers to (the term, the context, the parameters) outlives it.
@@ -75,6 +87,12 @@ class TermRound {
                              std::vector<char>* supported) {
     (void)vertices;
     (void)supported;
+  }
+
+  // Sets (*outlined)[v] where outlines of the object pass the vertex, and (*thin)[v] where it is thin between them.
+  virtual void MarkOutlined(std::vector<char>* outlined, std::vector<char>* thin) {
+    (void)outlined;
+    (void)thin;
   }
 
   // Called once after AddBlocks, before the first evaluation by a solver: the context's `supported` and

@@ -53,9 +53,14 @@ SolveSummary SolveGradientDescent(const SolveTask& task, const SolverOptions& op
     problem.MoveCamerasIn(*units);
     for (const int c : moving_cameras) camera_unknowns += units->Of(c)->TangentSize();
   }
-  const bool along_normal = task.context->motion == Motion::kNormal;
+  std::vector<size_t> first;  // unknown of each vertex
+  size_t unknowns = 0;
+  for (const int v : moving) {
+    first.push_back(unknowns);
+    unknowns += task.context->Unknowns(v);
+  }
   SolveSummary summary;
-  summary.unknowns = static_cast<int>(moving.size()) * (along_normal ? 1 : 3) + camera_unknowns;
+  summary.unknowns = static_cast<int>(unknowns) + camera_unknowns;
   summary.termination = "Maximum number of iterations reached.";
   std::vector<Eigen::Vector3d> best = vertices;
   std::vector<CameraPose> best_cameras = cameras;
@@ -78,8 +83,9 @@ SolveSummary SolveGradientDescent(const SolveTask& task, const SolverOptions& op
     summary.iterations = iteration;
     std::vector<double> magnitude(moving.size());
     for (size_t m = 0; m < moving.size(); ++m) {
-      magnitude[m] = along_normal ? std::abs(gradient[m])
-                                  : Eigen::Map<const Eigen::Vector3d>(&gradient[3 * m]).norm();
+      magnitude[m] = task.context->MovesAlongNormal(moving[m])
+                         ? std::abs(gradient[first[m]])
+                         : Eigen::Map<const Eigen::Vector3d>(&gradient[first[m]]).norm();
     }
     IterationRecord record;
     record.iteration = iteration;
@@ -99,13 +105,13 @@ SolveSummary SolveGradientDescent(const SolveTask& task, const SolverOptions& op
     if (iteration >= options.max_iterations) break;
     for (size_t m = 0; m < moving.size(); ++m) {
       const int v = moving[m];
-      if (along_normal) {
-        vertices[v] -= step * gradient[m] * task.context->normals[v];
+      if (task.context->MovesAlongNormal(v)) {
+        vertices[v] -= step * gradient[first[m]] * task.context->normals[v];
       } else {
-        vertices[v] -= step * Eigen::Map<const Eigen::Vector3d>(&gradient[3 * m]);
+        vertices[v] -= step * Eigen::Map<const Eigen::Vector3d>(&gradient[first[m]]);
       }
     }
-    const double* of_camera = gradient.data() + moving.size() * (along_normal ? 1 : 3);
+    const double* of_camera = gradient.data() + unknowns;
     for (const int c : moving_cameras) {
       const ceres::Manifold& motion = *units->Of(c);
       const Eigen::VectorXd move =
@@ -122,7 +128,7 @@ SolveSummary SolveGradientDescent(const SolveTask& task, const SolverOptions& op
       Eigen::Vector3d mean = Eigen::Vector3d::Zero();
       for (const int* n = neighbors.Begin(v); n != neighbors.End(v); ++n) mean += before[*n];
       Eigen::Vector3d move = options.umbrella_step * (mean / neighbors.Degree(v) - before[v]);
-      if (along_normal) {
+      if (task.context->MovesAlongNormal(v)) {
         move = task.context->normals[v] * task.context->normals[v].dot(move);
       }
       vertices[v] += move;

@@ -93,6 +93,21 @@ cv::Mat ReadViewMask(const fs::path& path, const PosedImage& posed, const fs::pa
   return used & photographed;
 }
 
+// The share of each pixel that the object covers, from a mask whose largest grey level stands for all of it (some have 1
+// there). Outside the photograph there is no object.
+void ReadViewObject(const fs::path& path, const PosedImage& posed, View* view) {
+  if (path.empty()) return;
+  view->photographed = cv::Mat();
+  const cv::Mat mask = ReadSized(path, posed);
+  double largest = 0;
+  cv::minMaxLoc(mask, nullptr, &largest);
+  mask.convertTo(view->object, CV_8U, largest > 0 ? 255 / largest : 0);
+  if (posed.lens.IsNone()) return;
+  view->object = Undistort(view->object, posed.camera, posed.lens);
+  view->photographed = PhotographedPixels(posed.camera, posed.lens);
+  view->object.setTo(0, view->photographed == 0);
+}
+
 fs::path MaskOf(const PosedImage& posed, const fs::path& masks) {
   std::error_code error;
   if (!masks.empty()) {
@@ -148,7 +163,8 @@ void AddPoints(const PosedScene& posed, const std::vector<int>& view_of_image, S
 
 }  // namespace
 
-Scene MakeScene(const PosedScene& posed, bool with_images, const fs::path& masks) {
+Scene MakeScene(const PosedScene& posed, bool with_images, const fs::path& masks,
+                MaskMeaning meaning) {
   if (!masks.empty()) RequireFolder(masks);
   if (with_images && !posed.images_folder.empty()) RequireFolder(posed.images_folder);
   std::vector<size_t> order(posed.images.size());
@@ -183,6 +199,7 @@ Scene MakeScene(const PosedScene& posed, bool with_images, const fs::path& masks
       view.gray = ReadViewImage(image);
       view.mask_path = MaskOf(image, masks);
       view.mask = ReadViewMask(view.mask_path, image, posed.file);
+      if (meaning == MaskMeaning::kObject) ReadViewObject(view.mask_path, image, &view);
     });
     const bool any_mask =
         std::any_of(posed.images.begin(), posed.images.end(),
@@ -190,6 +207,10 @@ Scene MakeScene(const PosedScene& posed, bool with_images, const fs::path& masks
     if (!masks.empty() && !any_mask) {
       throw InputError(masks, "no image has a mask; that of " + scene.views[0].name +
                                   " would be called " + scene.views[0].name + ".png");
+    }
+    if (meaning == MaskMeaning::kObject && !any_mask) {
+      throw InputError("masks.meaning = object: no image of " + posed.file.string() +
+                       " has a mask; --masks DIR says where they are");
     }
   }
   AddPoints(posed, view_of_image, &scene);
@@ -206,6 +227,7 @@ void ReadPixels(const std::vector<View*>& views) {
     image.lens = view.origin.lens;
     view.gray = ReadViewImage(image);
     view.mask = ReadViewMask(view.mask_path, image, view.image_path);
+    if (!view.object.empty()) ReadViewObject(view.mask_path, image, &view);
   });
 }
 

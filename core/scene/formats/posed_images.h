@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/scene/mask_options.h"
 #include "core/scene/scene.h"
 #include "core/scene/undistort.h"
 
@@ -41,7 +42,9 @@ struct PosedScene {
 // takes precedence over mask_path. Throws InputError for what is wrong with cameras
 // (core/scene/formats/camera_checks.h), lenses that leave less than half of the picture, photographs or masks,
 // and for a `masks` folder without any.
-Scene MakeScene(const PosedScene& posed, bool with_images, const std::filesystem::path& masks = {});
+// With masks that mean the object there must be one, and View::object is theirs.
+Scene MakeScene(const PosedScene& posed, bool with_images, const std::filesystem::path& masks = {},
+                MaskMeaning meaning = MaskMeaning::kIgnore);
 
 // The pixels of views that MakeScene made, from their files again, through camera and lens as they are now. Throws InputError
 // as MakeScene does.

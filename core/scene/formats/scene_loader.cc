@@ -61,7 +61,7 @@ PosedScene ReadScene(const SceneSource& source) {
 }
 
 Scene LoadScene(const SceneSource& source, bool with_images) {
-  Scene scene = MakeScene(ReadScene(source), with_images, source.masks);
+  Scene scene = MakeScene(ReadScene(source), with_images, source.masks, source.masks_mean);
   SetNearDepths(&scene);
   return scene;
 }

@@ -14,6 +14,7 @@ struct SceneSource {
   std::filesystem::path path;    // a folder or file of one of the formats
   std::filesystem::path images;  // where the photographs are; empty = where the format has them
   std::filesystem::path masks;   // folder of masks NAME.png for photograph NAME; empty = none
+  MaskMeaning masks_mean = MaskMeaning::kIgnore;
 };
 
 // Throws InputError, one line naming file and line, byte or field, for what no format fits, and for
