@@ -112,7 +112,7 @@ double LossOf(const MeshTracks& found, const std::vector<Camera>& cameras, size_
 class BundleProblem {
  public:
   BundleProblem(const Scene& scene, const MeshTracks& found, IntrinsicUnknowns unknowns)
-      : found_(found), intrinsics_(scene, found_, unknowns) {
+      : found_(found), intrinsics_(scene, unknowns) {
     for (const View& view : scene.views) {
       cameras_.push_back(view.camera);
       poses_.push_back(PoseOf(view.camera));

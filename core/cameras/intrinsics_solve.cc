@@ -21,9 +21,8 @@ constexpr double kLeastSigmaPx = 1e-6;  // of a measurement's coordinate
 
 }  // namespace
 
-IntrinsicsSolve::IntrinsicsSolve(const Scene& scene, const MeshTracks& tracks,
-                                 IntrinsicUnknowns unknowns)
-    : tracks_(tracks), shared_(CamerasSharedIn(scene, unknowns)) {
+IntrinsicsSolve::IntrinsicsSolve(const Scene& scene, IntrinsicUnknowns unknowns)
+    : shared_(CamerasSharedIn(scene, unknowns)) {
   if (shared_.empty()) return;
   camera_of_.assign(scene.views.size(), -1);
   for (size_t c = 0; c < shared_.size(); ++c) {

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "core/cameras/intrinsics.h"
-#include "core/cameras/mesh_tracks.h"
 #include "core/scene/camera_pose.h"
 #include "core/scene/scene.h"
 #include "core/scene/tracks.h"
@@ -18,8 +17,7 @@ namespace burin {
 
 class IntrinsicsSolve {
  public:
-  // Keeps a reference to the tracks.
-  IntrinsicsSolve(const Scene& scene, const MeshTracks& tracks, IntrinsicUnknowns unknowns);
+  IntrinsicsSolve(const Scene& scene, IntrinsicUnknowns unknowns);
 
   // `measured`: measurements of every view. Call it before all below.
   void HoldUndetermined(const std::vector<int>& measured);
@@ -41,7 +39,6 @@ class IntrinsicsSolve {
  private:
   Eigen::Vector2d Photographed(const Measurement& measured) const;
 
-  const MeshTracks& tracks_;
   std::vector<SharedIntrinsics> shared_;
   std::vector<int> camera_of_;             // of every view: of shared_; -1: it keeps its intrinsics
   std::vector<View> views_;                // without pixels
