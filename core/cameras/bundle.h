@@ -7,7 +7,7 @@
 //
 // X: the track's point, free. s_v: pixels of the photograph to one of the image searched, of sparse points times how much
 // larger the median of their residuals is than that of windows. rho: Cauchy's, its scale from 1.5 medians of the residuals down to half a pixel of the
-// images that were searched . W_v: a prior of kPriorPx pixels at the surface for rotation
+// images that were searched. W_v: a prior of kPriorPx pixels at the surface for rotation
 // and centre each, so that weak modes do not run away. Views of no group (core/cameras/view_groups.h) stay. Every group has
 // a world of its own: to put them into the input's frame is the caller's.
 //
