@@ -152,7 +152,7 @@ TEST(RemeshedLevel, GoesOnFromEveryStateToTheSameBytes) {
   std::vector<std::vector<uint8_t>> states;
   PipelineParts parts;
   parts.observers.on_state = [&](const RefinementState& state) {
-    if (state.remeshing > 0) states.push_back(StateBytes(state));
+    if (state.stage != LevelStage::kGiven) states.push_back(StateBytes(state));
   };
   const PipelineResult whole = Refined(Options(SurfaceFacets::kAdapted), parts);
   ASSERT_EQ(states.size(), 2U);  // before its first round, and after it

@@ -29,7 +29,7 @@ namespace {
 using nlohmann::json;
 
 // Raise it whenever the content of the file changes: a program reads checkpoints of its own version only.
-constexpr int kVersion = 10;
+constexpr int kVersion = 11;
 
 std::string Hexadecimal(uint64_t number) {
   char text[24];

@@ -59,7 +59,7 @@ inline Choices<FreeSpaceAction> ChoicesOf(FreeSpaceAction) {
 
 struct SurfaceOptions {
   FreeSpaceAction free_space = FreeSpaceAction::kIgnore;
-  SurfaceTrim trim = SurfaceTrim::kNone;  // needs PipelineParts::measure_quality
+  SurfaceTrim trim = SurfaceTrim::kEvidence;  // needs PipelineParts::measure_quality
   void Describe(OptionSet* set);
 };
 

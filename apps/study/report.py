@@ -20,8 +20,10 @@ LABELS = {"accuracy_mean": "acc. mean", "accuracy_median": "acc. median",
           "max_distance": "within", "accuracy_matched": "acc. matched %",
           "completeness_matched": "compl. matched %",
           "cameras_px_before": "cameras before, px", "cameras_px": "cameras, px",
+          "quality": "quality", "under_10_deg": "under 10° %", "turned": "turned %",
           "pairs": "pairs", "faces": "faces", "iterations": "iterations",
           "total_seconds": "seconds", "memory_mib": "MiB"}
+SHARES = ("under_10_deg", "turned")  # of the mesh, shown in per cent
 MIME = {".jpg": "image/jpeg", ".svg": "image/svg+xml"}
 
 
@@ -85,12 +87,12 @@ def scene_table(name: str, runs: pandas.DataFrame, color: dict[str, tuple]) -> d
     shares = tuple(dict.fromkeys(MATCHED_SHARES.values()))
     cameras = [key for key in ("cameras_px_before", "cameras_px")
                if key in runs and runs[key].notna().any()]
-    keys = [*ERROR_MEASURES, "max_distance", *shares, *thresholds, *cameras, "pairs", "faces",
-            "iterations", "total_seconds", "memory_mib"]
+    keys = [*ERROR_MEASURES, "max_distance", *shares, *thresholds, *cameras, "pairs", "faces", "quality",
+            "under_10_deg", "turned", "iterations", "total_seconds", "memory_mib"]
     rows = []
     for variant, group in runs.groupby("variant", sort=False):
         failed = group["failed"].notna().sum()
-        cells = [(percent if key in shares else cell)(group[key] if key in group else [])
+        cells = [(percent if key in (*shares, *SHARES) else cell)(group[key] if key in group else [])
                  for key in keys]
         rows.append({"name": variant, "competes": variant != INITIAL, "cells": cells,
                      "color": charts.css(color[variant]) if variant in color else "",

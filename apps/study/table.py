@@ -23,6 +23,9 @@ def scores_of(result: dict) -> dict[str, float]:
         for name in ("precision", "recall", "f1"):
             scores[f"{name}@{score['tau'] / unit:.6g}"] = score[name]
     scores |= {"vertices": result["mesh"]["vertices"], "faces": result["mesh"]["faces"]}
+    scores |= {name: result["mesh"][name] for name in ("quality", "under_10_deg", "over_150_deg")}
+    if result["turned"] is not None:
+        scores["turned"] = result["turned"]
     if "cameras" in result:
         scores["cameras_px"] = result["cameras"]["rms_px"]
     return scores

@@ -46,6 +46,18 @@ double ShareCloser(const MatchDistances& distances, bool to_plane, double max_di
   return of > 0 ? static_cast<double>(closer) / static_cast<double>(of) : 0;
 }
 
+std::optional<double> TurnedShare(const MatchDistances& distances, double reach) {
+  std::int64_t matched = 0;
+  std::int64_t turned = 0;
+  for (size_t k = 0; k < distances.cosine.size(); ++k) {
+    if (distances.point[k] < 0 || distances.point[k] > reach) continue;
+    ++matched;
+    if (distances.cosine[k] < 0) ++turned;
+  }
+  if (matched == 0) return std::nullopt;
+  return static_cast<double>(turned) / static_cast<double>(matched);
+}
+
 void AddGroups(const MatchDistances& from_truth, const std::vector<char>& flags,
                const std::vector<double>& thresholds, bool to_plane, Evaluation* evaluation) {
   MatchDistances flagged;
@@ -188,6 +200,8 @@ Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
   evaluation.vertex_count = static_cast<std::int64_t>(mesh.vertices.size());
   evaluation.face_count = static_cast<std::int64_t>(mesh.faces.size());
   evaluation.area = SurfaceArea(mesh);
+  evaluation.shape = ShapeOf(mesh);
+  if (truth.IsMesh()) evaluation.truth_area = SurfaceArea(truth.mesh);
   evaluation.truth_is_mesh = truth.IsMesh();
   evaluation.distance = to_plane ? DistanceKind::kPlane : DistanceKind::kPoint;
   evaluation.unmatched = options.unmatched;
@@ -211,7 +225,8 @@ Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
   // The thresholds may be beyond what the statistics are within.
   const double furthest = std::max(evaluation.max_distance, thresholds.back());
   const MatchDistances from_mesh =
-      MeasureDistances(samples.points, evaluation.truth_from_mesh, truth_side, furthest);
+      MeasureDistances(samples.points, evaluation.truth_from_mesh, truth_side, furthest,
+                       truth.HasNormals() ? &samples.normals : nullptr);
   std::vector<Eigen::Vector3d> truth_samples;
   if (truth.IsMesh()) {
     truth_samples = SamplesOf(truth.mesh, options.sample_count, seed, "truth").points;
@@ -223,6 +238,7 @@ Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
   evaluation.accuracy = StatisticsWithin(from_mesh, to_plane, reach);
   evaluation.completeness = StatisticsWithin(from_truth, to_plane, reach);
   if (truth.HasNormals()) {
+    evaluation.turned = TurnedShare(from_mesh, reach);
     evaluation.other_distance = to_plane ? DistanceKind::kPoint : DistanceKind::kPlane;
     evaluation.other_accuracy = StatisticsWithin(from_mesh, !to_plane, reach);
     evaluation.other_completeness = StatisticsWithin(from_truth, !to_plane, reach);

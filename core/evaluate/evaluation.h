@@ -38,6 +38,7 @@
 #include <string>
 #include <vector>
 
+#include "core/evaluate/mesh_shape.h"
 #include "core/evaluate/truth.h"
 #include "core/mesh/alignment.h"
 #include "core/mesh/mesh.h"
@@ -95,6 +96,11 @@ struct Evaluation {
   std::int64_t vertex_count = 0;
   std::int64_t face_count = 0;
   double area = 0;  // of the mesh, world units squared
+  MeshShape shape;
+  double truth_area = 0;  // of a truth that is a mesh
+  // Share of the mesh's matched samples whose normal is more than 90 degrees off that of their match: surface that is turned
+  // over or folded, which no distance sees. Nothing for a truth without normals, and without matched samples.
+  std::optional<double> turned;
   bool truth_is_mesh = false;
   DistanceKind distance = DistanceKind::kPoint;  // as scored, not kAuto
   UnmatchedSamples unmatched = UnmatchedSamples::kCount;

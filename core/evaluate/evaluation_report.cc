@@ -48,6 +48,22 @@ nlohmann::json RowsOf(const Similarity& motion) {
   return rows;
 }
 
+std::string ShapeLines(const Evaluation& evaluation) {
+  std::string lines = Format(
+      "\nfacets: mean quality %.3f, %.2f %% with an angle under 10 degrees, %.2f %% over 150\n",
+      evaluation.shape.quality, 100 * evaluation.shape.under_10_deg,
+      100 * evaluation.shape.over_150_deg);
+  if (evaluation.turned)
+    lines += Format("turned: %.2f %% of the matched area faces away from the truth\n",
+                    100 * *evaluation.turned);
+  if (evaluation.truth_area > 0) {
+    const double scale = evaluation.truth_from_mesh.scale;
+    lines += Format("area: %.3f of the truth's\n",
+                    scale * scale * evaluation.area / evaluation.truth_area);
+  }
+  return lines;
+}
+
 }  // namespace
 
 std::string EvaluationReport(const Evaluation& evaluation) {
@@ -88,6 +104,7 @@ std::string EvaluationReport(const Evaluation& evaluation) {
     report += StatisticsLine(("completeness, " + other + " distance").c_str(),
                              evaluation.other_completeness, evaluation.max_distance, unit);
   }
+  report += ShapeLines(evaluation);
   report += Format("\n%-30s %10s %10s %10s\n", "threshold", "precision", "recall", "F1");
   for (const ThresholdScore& score : evaluation.scores) {
     report += Format("%-30.6g %9.2f%% %9.2f%% %9.2f%%\n", score.tau / unit, 100 * score.precision,
@@ -263,6 +280,10 @@ nlohmann::json ToJson(const Evaluation& evaluation) {
         {"accuracy", StatisticsJson(evaluation.other_accuracy, evaluation.max_distance)},
         {"completeness", StatisticsJson(evaluation.other_completeness, evaluation.max_distance)}};
   }
+  nlohmann::json truth_area;  // null for a cloud
+  if (evaluation.truth_is_mesh) truth_area = evaluation.truth_area;
+  nlohmann::json turned;  // null where no normal says so
+  if (evaluation.turned) turned = *evaluation.turned;
   nlohmann::json boundary;  // null without flags
   if (evaluation.grouped) {
     boundary = {{"near", StatisticsJson(evaluation.flagged, evaluation.max_distance)},
@@ -273,7 +294,12 @@ nlohmann::json ToJson(const Evaluation& evaluation) {
   return {{"mesh",
            {{"vertices", evaluation.vertex_count},
             {"faces", evaluation.face_count},
-            {"area", evaluation.area}}},
+            {"area", evaluation.area},
+            {"quality", evaluation.shape.quality},
+            {"under_10_deg", evaluation.shape.under_10_deg},
+            {"over_150_deg", evaluation.shape.over_150_deg}}},
+          {"truth_area", truth_area},
+          {"turned", turned},
           {"truth", evaluation.truth_is_mesh ? "mesh" : "cloud"},
           {"distance", NameOf(evaluation.distance)},
           {"unmatched", NameOf(evaluation.unmatched)},

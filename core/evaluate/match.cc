@@ -47,8 +47,9 @@ Match MatchSide::Find(const Eigen::Vector3d& query, double max_distance) const {
 
 MatchDistances MeasureDistances(const std::vector<Eigen::Vector3d>& points,
                                 const Similarity& motion, const MatchSide& side,
-                                double max_distance) {
+                                double max_distance, const std::vector<Eigen::Vector3d>* normals) {
   MatchDistances distances;
+  if (normals != nullptr) distances.cosine.assign(points.size(), 0);
   distances.point.assign(points.size(), -1);
   distances.plane.assign(points.size(), -1);
   ParallelFor(static_cast<int>(points.size()), kPointGrain, [&](int begin, int end) {
@@ -59,6 +60,8 @@ MatchDistances MeasureDistances(const std::vector<Eigen::Vector3d>& points,
       distances.point[k] = match.distance;
       distances.plane[k] =
           match.normal.isZero(0) ? match.distance : std::abs(match.normal.dot(point - match.point));
+      if (normals != nullptr)
+        distances.cosine[k] = match.normal.dot(motion.rotation * (*normals)[k]);
     }
   });
   return distances;

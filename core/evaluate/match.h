@@ -41,11 +41,13 @@ class MatchSide {
 struct MatchDistances {
   std::vector<double> point;
   std::vector<double> plane;
+  std::vector<double> cosine;  // between the normals of point and match, 0 where one has none
 };
 
-// Of the points after `motion`.
+// Of the points after `motion`. `normals`, of the points before it, may be null: then there are no cosines.
 MatchDistances MeasureDistances(const std::vector<Eigen::Vector3d>& points,
                                 const Similarity& motion, const MatchSide& side,
-                                double max_distance);
+                                double max_distance,
+                                const std::vector<Eigen::Vector3d>* normals = nullptr);
 
 }  // namespace burin

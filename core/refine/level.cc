@@ -64,7 +64,7 @@ void Level::Run(RefinementState* state, RefinementProgress* progress) {
   }
   if (state->round > 0) ShowJudgeTheStart(*state);
   const int rounds = Rounds(*state);
-  progress->RoundsSpared(level_, PlannedRounds(task_.options, level_, state->remeshing) - rounds);
+  progress->RoundsSpared(level_, PlannedRounds(task_.options, level_, state->stage) - rounds);
   while (state->round < rounds) {
     if (!RunRound(state, progress)) {
       progress->RoundsSpared(level_, rounds - state->round);
@@ -85,16 +85,10 @@ void Level::Run(RefinementState* state, RefinementProgress* progress) {
 }
 
 int Level::Rounds(const RefinementState& state) const {
-  const LevelOptions& level = task_.options.level;
-  const RemeshingOptions& surface = task_.options.surface;
-  if (state.CutsAnew()) return surface.rounds;
-  if (state.remeshing > 0) {
-    const int all = level.RoundsAt(level_);
-    return all - surface.RoundsBefore(all);
-  }
-  const bool late = level_ != task_.first_level && IsFirst(state.summary.levels);
-  const int all = level.RoundsAt(level_) + (late ? level.extra_rounds : 0);
-  return level_ == level.finest ? surface.RoundsBefore(all) : all;
+  const bool late = state.stage == LevelStage::kGiven && level_ != task_.first_level &&
+                    IsFirst(state.summary.levels);
+  const int more = late ? task_.options.level.extra_rounds : 0;
+  return RoundsOf(task_.options, level_, state.stage, more);
 }
 
 int Level::RoundNumber(const RefinementState& state) const {
@@ -154,8 +148,9 @@ void Level::CountAtStart(RefinementState* state) {
   std::vector<LevelSummary>& levels = state->summary.levels;
   LevelSummary& level = levels.back();
   // Of a surface that is cut anew: as it was before.
-  level.crossing_facets.before =
-      state->remeshing > 0 ? levels[levels.size() - 2].crossing_facets.after : crossings_->Facets();
+  level.crossing_facets.before = state->stage != LevelStage::kGiven
+                                     ? levels[levels.size() - 2].crossing_facets.after
+                                     : crossings_->Facets();
   // To split facets changes nothing that a view sees.
   level.back_faces.before =
       levels.size() > 1 ? levels[levels.size() - 2].back_faces.after : BackFaceShare(*state);
@@ -246,7 +241,7 @@ std::optional<std::vector<Eigen::Vector3d>> Level::Solve(RefinementState* state,
   const Stopwatch build_watch;
   FreezeTerms(frozen_.get());
   RoundParameters parameters{mesh_.vertices};
-  const bool joint = state->remeshing == 0 &&
+  const bool joint = state->stage == LevelStage::kGiven &&
                      MovesCameras(task_.options.cameras, level_, state->round, Rounds(*state));
   if (joint) parameters.cameras = PosesOf(views_);
   RoundProblem problem(*frozen_->terms, frozen_->context, &parameters);

@@ -53,7 +53,7 @@ void Level::CutAnew(const MeshOrder& order, const RemeshOptions& remesh, Refinem
   std::vector<Camera> cameras;
   for (const LevelView& view : views_) cameras.push_back(view.camera);
   RemeshingOptions options = task_.options.surface;
-  const double finer = std::pow(0.5, state->remeshing - 1);
+  const double finer = state->stage == LevelStage::kCutFiner ? 0.5 : 1;
   options.chord_px *= finer;
   options.min_edge_px *= std::sqrt(finer);
   options.max_edge_px *= std::sqrt(finer);

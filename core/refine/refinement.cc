@@ -44,13 +44,19 @@ bool FinestGoesOn(const RefinementOptions& options, const RefinementState& state
   if (options.surface.remesh == SurfaceFacets::kNone || state.level != options.level.finest) {
     return false;
   }
-  if (state.remeshing == 2) {
-    const int rounds = options.level.RoundsAt(options.level.finest);
-    return levels.back().undone && options.surface.RoundsBefore(rounds) < rounds;
+  switch (state.stage) {
+    case LevelStage::kGiven:
+      return std::any_of(levels.begin(), levels.end(), [](const LevelSummary& level) {
+        return !level.left_out && !level.undone;
+      });
+    case LevelStage::kCutAnew:
+      return levels.back().undone;
+    case LevelStage::kCutFiner:
+      return levels.back().undone && RoundsOf(options, state.level, LevelStage::kAsTheyWere) > 0;
+    case LevelStage::kAsTheyWere:
+      break;
   }
-  if (state.remeshing > 0) return state.CutsAnew() && levels.back().undone;
-  return std::any_of(levels.begin(), levels.end(),
-                     [](const LevelSummary& level) { return !level.left_out && !level.undone; });
+  return false;
 }
 
 }  // namespace
@@ -79,7 +85,7 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
   RefinementProgress progress(options, task.first_level, state);
   std::unique_ptr<Level> level;
   while (state.level >= options.level.finest && !progress.stopped()) {
-    if (level == nullptr || state.remeshing == 0) {
+    if (level == nullptr || state.stage == LevelStage::kGiven) {
       level.reset();
       ReturnFreeMemory();
       level = std::make_unique<Level>(task, state.level, state.summary.cameras);
@@ -87,7 +93,7 @@ TriangleMesh Refine(const Scene& scene, const TriangleMesh& input,
     level->Run(&state, &progress);
     if (progress.stopped()) break;
     if (FinestGoesOn(options, state)) {
-      ++state.remeshing;
+      state.stage = static_cast<LevelStage>(static_cast<int>(state.stage) + 1);
     } else if (--state.level < options.level.finest) {
       break;
     }

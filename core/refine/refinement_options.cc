@@ -34,7 +34,7 @@ void LevelOptions::Describe(OptionSet* set) {
 void RemeshingOptions::Describe(OptionSet* set) {
   set->Add(
       "surface.remesh", &remesh,
-      "After the finest level: cut the surface anew into well-shaped facets, their size adapted "
+      "Within the finest level: cut the surface anew into well-shaped facets, their size adapted "
       "to how it bends, or leave its facets");
   set->Add("surface.rounds", &rounds,
            "Of level.rounds, those after surface.remesh; one at least is before it", 1, 1000);

@@ -30,18 +30,18 @@ struct LevelOptions {
   }
 };
 
-// Whether the surface is cut into facets anew after the finest level (core/refine/remeshing.h): by sizes adapted to its bends.
+// Whether the surface is cut into facets anew within the finest level (core/refine/remeshing.h): by sizes adapted to its bends.
 enum class SurfaceFacets { kNone, kAdapted };
 inline Choices<SurfaceFacets> ChoicesOf(SurfaceFacets) {
   return {{SurfaceFacets::kNone, "none"}, {SurfaceFacets::kAdapted, "adapted"}};
 }
 
 struct RemeshingOptions {
-  SurfaceFacets remesh = SurfaceFacets::kNone;
-  int rounds = 1;         // of level.rounds, those after it
-  double chord_px = 0.1;  // of EdgeLengthOptions
+  SurfaceFacets remesh = SurfaceFacets::kAdapted;
+  int rounds = 1;          // of level.rounds, those after it
+  double chord_px = 0.15;  // of EdgeLengthOptions
   double min_edge_px = 4.5;
-  double max_edge_px = 6.5;
+  double max_edge_px = 7.5;
   void Describe(OptionSet* set);
 
   // Of `rounds` of the finest level, those before it.

@@ -7,8 +7,11 @@
 
 namespace burin {
 
-// Rounds that are counted on: those of a second try to cut the surface anew are not (RefinementState::remeshing).
-int PlannedRounds(const RefinementOptions& options, int level, int remeshing);
+// Rounds of a level at a stage. `more` are added before the surface is cut anew.
+int RoundsOf(const RefinementOptions& options, int level, LevelStage stage, int more = 0);
+
+// Those of them that are counted on: all but what follows where the guard undoes a surface cut anew.
+int PlannedRounds(const RefinementOptions& options, int level, LevelStage stage);
 
 class RefinementProgress {
  public:

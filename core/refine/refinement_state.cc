@@ -104,7 +104,7 @@ int LevelSummary::TakenBack() const {
 
 std::vector<uint8_t> StateBytes(const RefinementState& state) {
   return json::to_cbor({{"level", state.level},
-                        {"remeshing", state.remeshing},
+                        {"stage", state.stage},
                         {"round", state.round},
                         {"vertices", Binary(state.mesh.vertices)},
                         {"faces", Binary(state.mesh.faces)},
@@ -127,7 +127,7 @@ RefinementState StateFromBytes(const std::vector<uint8_t>& bytes) {
   const json read = ReadCbor(bytes.data(), bytes.size());
   RefinementState state;
   read.at("level").get_to(state.level);
-  read.at("remeshing").get_to(state.remeshing);
+  read.at("stage").get_to(state.stage);
   read.at("round").get_to(state.round);
   FromBinary(read, "vertices", &state.mesh.vertices);
   FromBinary(read, "faces", &state.mesh.faces);

@@ -99,13 +99,14 @@ struct RemeshStart {
   std::vector<char> was_supported;
 };
 
+// Which facets the rounds of a level are on. Those of the finest that surface.rounds takes for remeshing are on a surface that is
+// cut anew; where the guard undoes that, on one cut finer; where it undoes that too, on the facets as they were.
+enum class LevelStage { kGiven, kCutAnew, kCutFiner, kAsTheyWere };
+
 struct RefinementState {
   int level = 0;  // of the pyramid, the one in work
-  // Of the finest level, once its rounds before remeshing are done: its last rounds on a surface that is cut anew before
-  // round 0, the first time (1), or the second with half the chord, as the guard undid that (2); on the surface as it was,
-  // as it undid both (3).
-  int remeshing = 0;
-  bool CutsAnew() const { return remeshing == 1 || remeshing == 2; }
+  LevelStage stage = LevelStage::kGiven;
+  bool CutsAnew() const { return stage == LevelStage::kCutAnew || stage == LevelStage::kCutFiner; }
   int round = 0;      // on it, the next to run; 0: the level's preparations are to be made
   TriangleMesh mesh;  // normalised world; input vertices first, then new ones as made
   std::vector<Eigen::Vector3d> input_position;  // of mesh.vertices, on the surface of the input

@@ -1,4 +1,4 @@
-// The surface of a refinement covered anew with well-shaped triangles after the finest level (core/mesh/remesh.h), whose edges
+// The surface of a refinement covered anew with well-shaped triangles within the finest level (core/mesh/remesh.h), whose edges
 // are as long as the surface allows in the pixels that show it. What a vertex knows goes with it.
 #pragma once
 
