@@ -16,6 +16,7 @@
 #include "core/synthetic/synthetic.h"
 #include "core/visibility/seen_points.h"
 #include "tests/small_relief.h"
+#include "tests/split_facets.h"
 
 namespace burin {
 namespace {
@@ -49,7 +50,7 @@ double Error(const std::vector<Camera>& cameras) {
 }
 
 PipelineOptions Options(CameraSteps steps) {
-  PipelineOptions options;
+  PipelineOptions options = test::SplitFacets();
   options.refinement.cameras.refine = CameraUnknowns::kPoses;
   options.refinement.cameras.steps = steps;
   options.refinement.cameras.finest_joint = 0;
@@ -86,6 +87,20 @@ TEST(CameraRounds, TakeTheErrorAwayWithTheSurface) {
     }
   }
   EXPECT_TRUE(moved);
+}
+
+// The rounds on facets cut anew are those that move the surface alone.
+TEST(CameraRounds, OfTheFinestLevelAreBeforeItsSurfaceIsCutAnew) {
+  PipelineOptions options = Options(CameraSteps::kJoint);
+  options.refinement.surface.remesh = SurfaceFacets::kAdapted;
+  options.refinement.level.count = 1;
+  const PipelineResult result = Refined(options);
+  const std::vector<LevelSummary>& levels = result.refinement.levels;
+  ASSERT_GE(levels.size(), 2U);
+  for (const LevelSummary& level : levels) {
+    ASSERT_EQ(level.rounds.size(), 1U);
+    EXPECT_EQ(level.rounds[0].camera_px > 0, &level == &levels[0]);
+  }
 }
 
 TEST(CameraRounds, LeaveCamerasAloneUnlessAsked) {

@@ -255,10 +255,28 @@ TEST_F(CompareTest, WholeRunsAreThoseOfRefine) {
   for (size_t k = 0; k < names.size(); ++k) {
     const nlohmann::json& entry = json["strategies"][k];
     ASSERT_EQ(entry["strategy"], names[k]);
-    const Outcome refine =
-        Run({"refine", In("scene"), "--mesh", In("scene/init.ply"), "--output", In(names[k]),
-             "--level.rounds", "1", "--level.extra_rounds", "0", "--level.min_side_px", "1",
-             "--solver.max_iterations", "4", "--level.count", "2", "--solver.type", names[k]});
+    const Outcome refine = Run({"refine",
+                                In("scene"),
+                                "--mesh",
+                                In("scene/init.ply"),
+                                "--output",
+                                In(names[k]),
+                                "--level.rounds",
+                                "1",
+                                "--level.extra_rounds",
+                                "0",
+                                "--level.min_side_px",
+                                "1",
+                                "--solver.max_iterations",
+                                "4",
+                                "--level.count",
+                                "2",
+                                "--surface.remesh",
+                                "none",
+                                "--surface.trim",
+                                "none",
+                                "--solver.type",
+                                names[k]});
     ASSERT_EQ(refine.exit_code, 0) << refine.err;
     const nlohmann::json summary = nlohmann::json::parse(ReadAll(In(names[k] + "/summary.json")));
     const double energy = entry["energy_final"];

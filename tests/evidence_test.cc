@@ -15,6 +15,7 @@
 #include "core/synthetic/synthetic.h"
 #include "costs/held_back.h"
 #include "tests/small_relief.h"
+#include "tests/split_facets.h"
 
 namespace burin {
 namespace {
@@ -77,7 +78,7 @@ TEST(Evidence, AStripWithoutAWholeWindowKeepsItsShape) {
     EXPECT_LT(round.supported_vertices, all - strip_vertices / 2);
     ++seen;
   };
-  const PipelineResult result = RunPipeline(Relief().scene, mesh, PipelineOptions(), parts);
+  const PipelineResult result = RunPipeline(Relief().scene, mesh, test::SplitFacets(), parts);
   EXPECT_GE(seen, 2);
   double moved = 0;
   for (size_t v = 0; v < strip.vertices.size(); ++v) {
@@ -93,7 +94,7 @@ TEST(Evidence, AStripWithoutAWholeWindowKeepsItsShape) {
 
 // Five pixels wide, two or three at half size: whole windows at full size only.
 TEST(Evidence, LevelsWithoutAWindowAreLeftOut) {
-  const PipelineResult result = RunPipeline(Relief().scene, Strip(5), PipelineOptions());
+  const PipelineResult result = RunPipeline(Relief().scene, Strip(5), test::SplitFacets());
   const std::vector<LevelSummary>& levels = result.refinement.levels;
   ASSERT_EQ(levels.size(), 2U);
   EXPECT_TRUE(levels[0].left_out);
@@ -129,17 +130,27 @@ TEST(Evidence, RodsGainAndKeepTheirLength) {
   RecordProperty("f1_half_px", std::to_string(before[0]) + " " + std::to_string(after[0]));
   EXPECT_GT(after[0], before[0] + 0.05);
   EXPECT_GT(after[1], before[1] + 0.05);
-  const std::vector<std::vector<int>> parts = ConnectedComponents(rods.init);
-  ASSERT_EQ(ConnectedComponents(result.mesh).size(), parts.size());
-  for (const std::vector<int>& part : parts) {
-    Eigen::AlignedBox3d start;
-    Eigen::AlignedBox3d end;
-    for (const int f : part) {
-      for (const int v : rods.init.faces[f]) {
-        start.extend(rods.init.vertices[v]);
-        end.extend(result.mesh.vertices[v]);
+  ASSERT_EQ(ConnectedComponents(result.mesh).size(), ConnectedComponents(rods.init).size());
+  // Every rod, told by its middle, as its facets are others.
+  const auto boxes = [](const TriangleMesh& mesh) {
+    std::vector<Eigen::AlignedBox3d> found;
+    for (const std::vector<int>& part : ConnectedComponents(mesh)) {
+      Eigen::AlignedBox3d box;
+      for (const int f : part) {
+        for (const int v : mesh.faces[f]) box.extend(mesh.vertices[v]);
       }
+      found.push_back(box);
     }
+    return found;
+  };
+  const std::vector<Eigen::AlignedBox3d> ends = boxes(result.mesh);
+  for (const Eigen::AlignedBox3d& start : boxes(rods.init)) {
+    const auto off = [&](const Eigen::AlignedBox3d& box) {
+      return (box.center() - start.center()).norm();
+    };
+    const Eigen::AlignedBox3d& end = *std::min_element(
+        ends.begin(), ends.end(), [&](const auto& a, const auto& b) { return off(a) < off(b); });
+    EXPECT_LT(off(end), 2 * rods.footprint);
     EXPECT_NEAR(end.diagonal().norm(), start.diagonal().norm(), 3 * rods.footprint);
   }
 }
@@ -231,7 +242,7 @@ TEST(Evidence, PartsAreSetBack) {
     TriangleMesh before_;
   };
   Judge judge;
-  PipelineOptions options;
+  PipelineOptions options = test::SplitFacets();
   options.refinement.level.count = 1;
   options.refinement.guard.levels = false;
   PipelineParts parts;

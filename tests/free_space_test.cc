@@ -17,6 +17,7 @@
 #include "core/visibility/facet_map.h"
 #include "core/visibility/visibility.h"
 #include "selection/pair_selection.h"
+#include "tests/split_facets.h"
 #include "tests/test_scene.h"
 #include "tests/test_shapes.h"
 
@@ -115,9 +116,8 @@ TEST(FreeSpace, TheTruthOfOccludersIsNotFreeSpace) {
 
 TEST(FreeSpace, ARunLeavesTheSheetAloneAndSeesThroughIt) {
   const SyntheticScene& synthetic = SceneOf(SyntheticKind::kMembrane);
-  PipelineOptions options;
+  PipelineOptions options = test::SplitFacets();
   options.refinement.level.finest = 1;
-  options.surface.trim = SurfaceTrim::kNone;
   const auto run = [&](FreeSpaceAction action, FreeSpace* found) {
     options.surface.free_space = action;
     PipelineParts parts;
@@ -303,7 +303,7 @@ TEST(FacetTexture, IsWhatTwoViewsShow) {
 TEST(FacetTexture, SkyIsNotCutIntoPixels) {
   const SyntheticScene& synthetic = SceneOf(SyntheticKind::kSky);
   const std::vector<char> curtain = LastPart(synthetic.init);
-  const PipelineResult result = RunPipeline(synthetic.scene, synthetic.init, PipelineOptions());
+  const PipelineResult result = RunPipeline(synthetic.scene, synthetic.init, test::SplitFacets());
   // By part of the result that hangs together with the curtain's vertices.
   const auto first =
       static_cast<size_t>(std::find(curtain.begin(), curtain.end(), 1) - curtain.begin());

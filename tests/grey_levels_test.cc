@@ -8,6 +8,7 @@
 #include "core/image/grey_statistics.h"
 #include "core/synthetic/synthetic.h"
 #include "costs/grey_units.h"
+#include "tests/split_facets.h"
 
 namespace burin {
 namespace {
@@ -37,7 +38,7 @@ TEST(GreyLevels, TimesAFactorEndInTheSameMesh) {
   const auto error_px = [&](double factor, int depth) {
     Scene scene = made.scene;
     for (View& view : scene.views) view.gray = Stored(view.gray, factor, depth);
-    return RmseToTruthMesh(RunPipeline(scene, made.init, PipelineOptions()).mesh, made.truth,
+    return RmseToTruthMesh(RunPipeline(scene, made.init, test::SplitFacets()).mesh, made.truth,
                            20000) /
            made.footprint;
   };

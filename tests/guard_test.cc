@@ -10,6 +10,7 @@
 #include "core/refine/local_guard.h"
 #include "core/synthetic/synthetic.h"
 #include "tests/small_relief.h"
+#include "tests/split_facets.h"
 #include "tests/test_scene.h"
 #include "tests/test_shapes.h"
 
@@ -175,7 +176,7 @@ TEST(Guard, ALevelThatTheRunIsStoppedInIsJudged) {
   for (int round = 0; round < 3; ++round) {
     for (const bool worse : {false, true}) {
       SCOPED_TRACE(std::to_string(round) + (worse ? " worse" : " not worse"));
-      PipelineOptions options;
+      PipelineOptions options = test::SplitFacets();
       options.refinement.level.count = 1;
       options.refinement.level.rounds = 3;
       options.refinement.guard.levels = false;
@@ -251,7 +252,7 @@ TEST(WeakEvidence, ASphereThatNobodySeesStaysThatSphere) {
   for (const Eigen::Vector3i& face : sphere.faces) {
     mesh.faces.push_back(face + Eigen::Vector3i::Constant(first));
   }
-  const PipelineResult result = RunPipeline(scene.scene, mesh, PipelineOptions());
+  const PipelineResult result = RunPipeline(scene.scene, mesh, test::SplitFacets());
   for (size_t v = 0; v < sphere.vertices.size(); ++v) {
     EXPECT_LT((result.mesh.vertices[first + v] - sphere.vertices[v]).norm(), 1e-6 * 0.3);
   }

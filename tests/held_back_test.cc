@@ -13,6 +13,7 @@
 #include "costs/frozen_windows.h"
 #include "selection/pair_selection.h"
 #include "tests/small_relief.h"
+#include "tests/split_facets.h"
 
 namespace burin {
 namespace {
@@ -143,7 +144,7 @@ TEST(HeldBack, CamerasWithNoiseShowInTheVerdict) {
   for (const double noise_px : {0.0, 1.0}) {
     options.pose_noise_px = noise_px;
     const SyntheticScene scene = MakeSyntheticScene(options);
-    PipelineOptions run;
+    PipelineOptions run = test::SplitFacets();
     run.refinement.cameras.refine = CameraUnknowns::kNone;
     const PipelineResult result = RunPipeline(scene.scene, scene.init, run);
     const LevelSummary& finest = result.refinement.levels.back();

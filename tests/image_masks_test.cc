@@ -11,6 +11,7 @@
 #include "core/visibility/visibility.h"
 #include "tests/colmap_testing.h"
 #include "tests/small_relief.h"
+#include "tests/split_facets.h"
 #include "tests/test_scene.h"
 
 namespace burin {
@@ -182,7 +183,7 @@ TEST(ImageMasks, LeavingOutAMovingObjectMendsTheMesh) {
   options.stress = StressKind::kMover;
   SyntheticScene moved = MakeSyntheticScene(options);
   const auto error = [&](const Scene& scene) {
-    return RmseToTruthMesh(RunPipeline(scene, moved.init, PipelineOptions()).mesh, clean.truth,
+    return RmseToTruthMesh(RunPipeline(scene, moved.init, test::SplitFacets()).mesh, clean.truth,
                            20000);
   };
   const double without = error(moved.scene);

@@ -12,6 +12,7 @@
 #include "core/support/error.h"
 #include "core/synthetic/synthetic.h"
 #include "tests/small_relief.h"
+#include "tests/split_facets.h"
 #include "tests/test_scene.h"
 
 namespace burin {
@@ -63,7 +64,7 @@ TEST(Refinement, EveryStrategyLowersEnergyAndError) {
 // Trials on a frozen round start from the same point with nothing evaluated, whatever was tried
 // before, and the refinement that goes on with one of them is the one that strategy makes alone.
 TEST(Refinement, FrozenRoundsCanBeTriedAgain) {
-  PipelineOptions options;
+  PipelineOptions options = test::SplitFacets();
   options.refinement.level.count = 2;
   options.refinement.level.rounds = 1;
   options.refinement.level.extra_rounds = 0;
@@ -118,7 +119,7 @@ TEST(Refinement, FreeMotionWorksToo) {
 }
 
 TEST(Refinement, CoarseLevelsHaveTheirOwnRoundsAndTolerance) {
-  PipelineOptions options;
+  PipelineOptions options = test::SplitFacets();
   options.refinement.level.count = 2;
   options.refinement.level.extra_rounds = 2;
   options.refinement.level.rounds = 1;
@@ -135,7 +136,7 @@ TEST(Refinement, CoarseLevelsHaveTheirOwnRoundsAndTolerance) {
 }
 
 TEST(Refinement, ImagesBelowTheSmallestSideMakeNoLevel) {
-  PipelineOptions options;  // 240 x 180, 120 x 90, 60 x 45, 30 x 22.5
+  PipelineOptions options = test::SplitFacets();  // 240 x 180, 120 x 90, 60 x 45, 30 x 22.5
   options.refinement.level.count = 6;
   options.refinement.level.rounds = 1;
   options.refinement.level.extra_rounds = 0;
@@ -218,11 +219,14 @@ TEST(Refinement, UnknownsAreThoseOfTheVerticesThatMove) {
 
 TEST(Refinement, ACapOfFacesIsKeptAndTold) {
   PipelineOptions options;
+  options.surface.trim = SurfaceTrim::kNone;
   options.refinement.level.count = 2;
   options.refinement.level.max_faces = 1000;
   const PipelineResult capped = RunPipeline(Relief().scene, Relief().init, options);
   EXPECT_LT(capped.mesh.faces.size(), 1010U);
-  EXPECT_FALSE(capped.refinement.levels.back().reached_bound);
+  ASSERT_EQ(capped.refinement.levels.size(), 3U);  // the last on facets cut anew
+  EXPECT_FALSE(capped.refinement.levels[1].reached_bound);
+  EXPECT_FALSE(capped.refinement.levels[2].reached_bound);
   options.refinement.level.max_faces = PipelineOptions().refinement.level.max_faces;
   EXPECT_TRUE(
       RunPipeline(Relief().scene, Relief().init, options).refinement.levels.back().reached_bound);

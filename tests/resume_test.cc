@@ -71,8 +71,8 @@ class ResumeTest : public ProgramTest {
 TEST_F(ResumeTest, SignalsLeaveAMeshAndARunThatGoesOnToTheSameBytes) {
   const Outcome whole = Run(Refine("whole"));
   ASSERT_EQ(whole.exit_code, 0) << whole.err;
-  const std::set<std::string> complete = {"refined.ply", "summary.json", "trace.csv", "config.toml",
-                                          "cameras"};
+  const std::set<std::string> complete = {"refined.ply", "summary.json", "trace.csv",
+                                          "config.toml", "cameras",      "whole.ply"};
   EXPECT_EQ(Files("whole"), complete);
   struct Case {
     int signal;

@@ -14,6 +14,7 @@
 #include "core/scene/formats/colmap.h"
 #include "core/synthetic/synthetic.h"
 #include "tests/program_test.h"
+#include "tests/split_facets.h"
 
 namespace burin {
 namespace {
@@ -128,7 +129,7 @@ TEST(ViewLevels, OneSmallPhotographCostsNoLevel) {
   without.scene.views.erase(without.scene.views.begin() + 4);
   without.scene.points.clear();
   const auto rmse = [&](const SyntheticScene& scene) {
-    const PipelineResult result = RunPipeline(scene.scene, scene.init, PipelineOptions());
+    const PipelineResult result = RunPipeline(scene.scene, scene.init, test::SplitFacets());
     EXPECT_EQ(LevelsOf(result), (std::vector<int>{2, 1, 0}));
     const auto views = static_cast<int>(scene.scene.views.size());
     EXPECT_EQ(result.refinement.levels[0].views, 8);
@@ -147,7 +148,7 @@ TEST(ViewLevels, OneSmallPhotographCostsNoLevel) {
 // Zooms that differ by four: without a level on which pixels are alike, 1.03 px.
 TEST(ViewLevels, PhotographsOfFourTimesTheSizeMeetOnALevel) {
   const SyntheticScene mixed = HalfOfThemSmall(640, 480);
-  const PipelineResult result = RunPipeline(mixed.scene, mixed.init, PipelineOptions());
+  const PipelineResult result = RunPipeline(mixed.scene, mixed.init, test::SplitFacets());
   EXPECT_EQ(LevelsOf(result), (std::vector<int>{1, 0}));
   EXPECT_EQ(result.refinement.levels[0].views, 9);
   EXPECT_EQ(result.refinement.levels[0].views_halved_less, 5);

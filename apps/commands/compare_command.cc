@@ -129,6 +129,8 @@ void AddCompareCommand(Program* program) {
   Command command = program->Add("compare-solvers",
                                  "run every strategy from the same start, as table, CSV and JSON");
   const auto state = std::make_shared<CompareCommand>();
+  // The same facets for every strategy.
+  state->pipeline.refinement.surface.remesh = SurfaceFacets::kNone;
   state->pipeline.Describe(&state->set);
   state->compare.Describe(&state->set);
   command.Scene(&state->source, /*photographs=*/true)[0].Required();

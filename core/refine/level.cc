@@ -241,8 +241,11 @@ std::optional<std::vector<Eigen::Vector3d>> Level::Solve(RefinementState* state,
   const Stopwatch build_watch;
   FreezeTerms(frozen_.get());
   RoundParameters parameters{mesh_.vertices};
+  const bool goes_on = level_ == task_.options.level.finest;
+  const int all =
+      Rounds(*state) + (goes_on ? PlannedRounds(task_.options, level_, LevelStage::kCutAnew) : 0);
   const bool joint = state->stage == LevelStage::kGiven &&
-                     MovesCameras(task_.options.cameras, level_, state->round, Rounds(*state));
+                     MovesCameras(task_.options.cameras, level_, state->round, all);
   if (joint) parameters.cameras = PosesOf(views_);
   RoundProblem problem(*frozen_->terms, frozen_->context, &parameters);
   summary->build_seconds = build_watch.Seconds();

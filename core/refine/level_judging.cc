@@ -57,10 +57,12 @@ void Level::CutAnew(const MeshOrder& order, const RemeshOptions& remesh, Refinem
   options.chord_px *= finer;
   options.min_edge_px *= std::sqrt(finer);
   options.max_edge_px *= std::sqrt(finer);
-  const std::vector<double> lengths = WantedEdges(mesh_, cameras, frozen_->domains, options);
+  std::vector<double> lengths = WantedEdges(mesh_, cameras, frozen_->domains, options);
   frozen_.reset();
+  LevelSummary& level = state->summary.levels.back();
+  level.reached_bound = !StretchToFit(mesh_, task_.options.level.max_faces, &lengths);
   RemeshState(mesh_, order, lengths, remesh, state);
-  state->summary.levels.back().remesh_seconds += watch.Seconds();
+  level.remesh_seconds += watch.Seconds();
 }
 
 void Level::ShowJudge(const RefinementState& state, const TriangleMesh& start,

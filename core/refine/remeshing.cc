@@ -1,6 +1,7 @@
 #include "core/refine/remeshing.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "core/mesh/edge_lengths.h"
@@ -39,6 +40,21 @@ std::vector<double> WantedEdges(const TriangleMesh& mesh, const std::vector<Came
   // Where no view sees anything: the normalised world's.
   if (!(widths[0] > 0)) widths.assign(widths.size(), 1);
   return EdgeLengths(mesh, widths, lengths);
+}
+
+bool StretchToFit(const TriangleMesh& mesh, int max_faces, std::vector<double>* edge_length) {
+  double facets = 0;
+  for (const Eigen::Vector3i& face : mesh.faces) {
+    const Eigen::Vector3d& a = mesh.vertices[face[0]];
+    const double area = 0.5 * (mesh.vertices[face[1]] - a).cross(mesh.vertices[face[2]] - a).norm();
+    double length = 0;
+    for (const int v : face) length += (*edge_length)[v] / 3;
+    facets += area / (0.25 * std::sqrt(3.0) * length * length);
+  }
+  const double most = 0.9 * max_faces;
+  if (facets <= most) return false;
+  for (double& length : *edge_length) length *= std::sqrt(facets / most);
+  return true;
 }
 
 void RemeshState(const TriangleMesh& mesh, const MeshOrder& order,

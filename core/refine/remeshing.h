@@ -17,6 +17,10 @@ std::vector<double> WantedEdges(const TriangleMesh& mesh, const std::vector<Came
                                 const std::vector<ViewDomain>& domains,
                                 const RemeshingOptions& options);
 
+// Longer by one factor where facets of these edges would be more than `max_faces`: whether they are. (A facet of edge l has
+// sqrt(3)/4 l^2; those that are made are up to a tenth smaller.)
+bool StretchToFit(const TriangleMesh& mesh, int max_faces, std::vector<double>* edge_length);
+
 // `mesh` is the state's in the order `order`. What it was goes to state->remesh_start, unless that has a mesh.
 void RemeshState(const TriangleMesh& mesh, const MeshOrder& order,
                  const std::vector<double>& edge_length, const RemeshOptions& options,
