@@ -80,6 +80,7 @@ void AddVertexValues(const RefinementEnd& reached, const VertexQuality& quality,
     width[v] = std::ldexp(kThinPx * pixel, reached.level);
   }
   const TriangleMesh& mesh = *reached.mesh;
+  const std::vector<char>& free = reached.context->free;
   const std::vector<char> thin =
       ThinVertices(mesh, VertexNormals(mesh, reached.context->faces), width);
   for (size_t f = 0; f < facets->size(); ++f) {
@@ -87,15 +88,18 @@ void AddVertexValues(const RefinementEnd& reached, const VertexQuality& quality,
     Eigen::Vector3f sd;
     Eigen::Vector3f zncc;
     int thin_vertices = 0;
+    bool outlined = false;
     for (int c = 0; c < 3; ++c) {
       const int v = mesh.faces[f][c];
       sd[c] = static_cast<float>(quality.sd[v] / footprints[v]);
       zncc[c] = quality.zncc[v];
       thin_vertices += thin[v];
+      outlined |= free[v] != 0;
     }
     facet.sd_px = MeanOfKnown(sd);
     facet.zncc = MeanOfKnown(zncc);
     facet.thin = thin_vertices >= 2;
+    facet.outlined = outlined;
   }
 }
 

@@ -24,6 +24,8 @@ struct FacetEvidence {
   float zncc = std::numeric_limits<float>::quiet_NaN();
   float sd_px = std::numeric_limits<float>::quiet_NaN();  // pixels of full resolution
   bool thin = false;  // of a part too thin to have pixels clear of its own outline
+  // Outlines of the object place it where no window does: a vertex of it is RoundContext::free.
+  bool outlined = false;
   // Pixels of all views that see it: from the front, of these more than kClearPx outside the view's mask, and from behind.
   int64_t front = 0;
   int64_t outside = 0;

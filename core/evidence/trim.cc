@@ -116,8 +116,9 @@ void KeepObliqueSurfaces(const std::vector<FacetEvidence>& facets,
 
 CutReason JudgeFacet(SurfaceTrim rule, const FacetEvidence& facet) {
   if (rule == SurfaceTrim::kNone) return CutReason::kNone;
-  if (facet.pairs == 0) return CutReason::kUnseen;
+  if (facet.pairs == 0 && !facet.outlined) return CutReason::kUnseen;
   if (rule == SurfaceTrim::kUnseen) return CutReason::kNone;
+  if (facet.outlined) return IsRefuted(facet) ? CutReason::kRefuted : CutReason::kNone;
   if (facet.clear_pairs < kClearPairs) return CutReason::kUnclear;
   if (facet.cosine < kLeastCosine) return CutReason::kGrazing;
   if (facet.sd_px > kMostSdPx) return CutReason::kUncertain;

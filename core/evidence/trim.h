@@ -11,6 +11,9 @@
 // the first that holds being its reason; standard deviation and correlation are those around it (ten steps of diffusion over
 // facets that share an edge). `unseen` cuts what no pair sees.
 //
+// What outlines of the object's masks place counts as seen: it is cut by `evidence` where it is refuted (below), and for
+// no other reason.
+//
 // Two kinds of surface are kept by `evidence` all the same:
 //
 //   narrow parts, as rods and stems, which have few pixels clear of their own outline, or none: connected parts of

@@ -323,8 +323,7 @@ void Level::ShowEnd(RefinementState* state) {
   if (frozen_ == nullptr) {
     if (state->order.vertex.empty()) state->order = OrderAlongCurve(state->mesh);
     mesh_ = Ordered(state->mesh, state->order);
-    frozen_ = Freeze(*state, /*hold_back=*/false);
-    FreezeTerms(frozen_.get());
+    FreezeToShow(/*hold_back=*/false, state);
   }
   RefinementEnd end;
   end.level = level_;

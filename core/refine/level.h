@@ -10,6 +10,7 @@
 #include "core/mesh/mesh.h"
 #include "core/mesh/remesh.h"
 #include "core/refine/crossing_guard.h"
+#include "core/refine/frozen_round.h"
 #include "core/refine/normalized_world.h"
 #include "core/refine/refinement_options.h"
 #include "core/refine/refinement_parts.h"
@@ -57,6 +58,9 @@ class Level {
     std::vector<ViewPartners> held_back;
     std::vector<Eigen::Vector3d> level_start;
     std::optional<TermRounds> terms;
+    // Of FreezeToShow, where outlines support vertices.
+    RoundParameters parameters;
+    std::unique_ptr<RoundProblem> problem;
   };
 
   // A level that takes the place of the coarsest, because all before it were left out or undone, has the
@@ -80,6 +84,8 @@ class Level {
   double BackFaceShare(const RefinementState& state) const;
   // Of mesh_ as it is now; the terms are still to be frozen.
   std::unique_ptr<Frozen> Freeze(const RefinementState& state, bool hold_back) const;
+  // Into frozen_, for the judge or the end of the run: nothing is solved on it. What outlines support is known.
+  void FreezeToShow(bool hold_back, RefinementState* state);
   void FreezeTerms(Frozen* frozen) const {
     frozen->terms.emplace(task_.parts.terms, frozen->context);
   }

@@ -6,6 +6,7 @@
 #include "core/mesh/mesh_order.h"
 #include "core/refine/level.h"
 #include "core/refine/remeshing.h"
+#include "core/refine/support.h"
 #include "core/support/stopwatch.h"
 
 namespace burin {
@@ -19,7 +20,25 @@ nlohmann::json ReportBefore(const RefinementState& state) {
   return before == levels.rend() ? nlohmann::json() : before->held_back;
 }
 
+bool HaveOutlines(const std::vector<LevelView>& views) {
+  return std::any_of(views.begin(), views.end(),
+                     [](const LevelView& view) { return !view.object.empty(); });
+}
+
 }  // namespace
+
+void Level::FreezeToShow(bool hold_back, RefinementState* state) {
+  frozen_.reset();
+  frozen_ = Freeze(*state, hold_back);
+  FreezeTerms(frozen_.get());
+  if (!HaveOutlines(views_)) return;
+  // Which vertices outlines support the terms know of a problem only.
+  frozen_->parameters.vertices = mesh_.vertices;
+  frozen_->problem =
+      std::make_unique<RoundProblem>(*frozen_->terms, frozen_->context, &frozen_->parameters);
+  FindSupport(*frozen_->terms, state->order, task_.options.hidden, /*cameras_move=*/false,
+              &state->was_supported, &frozen_->context);
+}
 
 void Level::Remesh(RefinementState* state) {
   const MeshOrder order = OrderAlongCurve(state->mesh);
@@ -94,9 +113,7 @@ void Level::Judge(RefinementState* state) {
   if (task_.parts.judge == nullptr) return;
   if (frozen_ == nullptr || frozen_->context.held_back == nullptr) {
     // The run was stopped in a round that was not to be the level's last.
-    frozen_.reset();
-    frozen_ = Freeze(*state, /*hold_back=*/true);
-    FreezeTerms(frozen_.get());
+    FreezeToShow(/*hold_back=*/true, state);
   }
   const LevelVerdict verdict =
       task_.parts.judge->EndLevel(frozen_->context, *frozen_->terms, mesh_);
