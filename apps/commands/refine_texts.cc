@@ -38,9 +38,14 @@ std::string EnergyPerWindow(double energy, int64_t windows) {
   return windows > 0 ? Fixed(energy / static_cast<double>(windows), 4) : "-";
 }
 
-// Of a level whose splitting was stopped.
+// Of a level whose splitting was stopped, or whose surface was cut anew into no more facets than it may have.
 std::string UnsplitText(const LevelSummary& level) {
   std::ostringstream text;
+  if (level.remeshed_faces > 0) {
+    text << LevelName(level) << " remeshed: edges are longer than wanted, for " << level.faces
+         << " faces (level.max_faces)";
+    return text.str();
+  }
   text << LevelName(level) << ": splitting stopped at " << level.faces
        << " faces (level.max_faces, or edges too short to split); some are larger than"
        << " level.max_facet_px or level.max_edge_px";
