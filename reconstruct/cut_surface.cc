@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
+#include "core/mesh/manifold_cut.h"
 #include "core/support/union_find.h"
 
 namespace burin {
@@ -76,6 +78,30 @@ double LongestEdgeFootprints(const SightedPoints& points, const std::array<int, 
   return longest / footprint;
 }
 
+// Two wedges of the inside that meet at an edge, and whose facets hang together around both of its ends, share all of it:
+// there the mesh is cut open.
+void CutOpen(CutSurface* surface) {
+  const std::vector<int> labels = LabelCorners(surface->mesh);
+  std::vector<int> number(labels.size(), -1);
+  TriangleMesh open;
+  std::vector<int> points;
+  for (size_t f = 0; f < surface->mesh.faces.size(); ++f) {
+    Eigen::Vector3i face;
+    for (int j = 0; j < 3; ++j) {
+      int& vertex = number[labels[3 * f + j]];
+      if (vertex < 0) {
+        vertex = static_cast<int>(open.vertices.size());
+        open.vertices.push_back(surface->mesh.vertices[surface->mesh.faces[f][j]]);
+        points.push_back(surface->points[surface->mesh.faces[f][j]]);
+      }
+      face[j] = vertex;
+    }
+    open.faces.push_back(face);
+  }
+  surface->mesh = std::move(open);
+  surface->points = std::move(points);
+}
+
 }  // namespace
 
 CutSurface SurfaceOfCut(const SightedPoints& points, const Tetrahedra& tetrahedra,
@@ -132,6 +158,7 @@ CutSurface SurfaceOfCut(const SightedPoints& points, const Tetrahedra& tetrahedr
     }
     result.mesh.faces.push_back(face);
   }
+  CutOpen(&result);
   return result;
 }
 

@@ -64,6 +64,25 @@ void AddQuality(const std::vector<Eigen::Vector3d>& points, const Tetrahedra& te
   });
 }
 
+// A camera off the hull is in the infinite cell of every facet of the hull that it sees.
+void PutOutsideWhatCamerasSeeOfTheHull(const SightedPoints& points, const Tetrahedra& tetrahedra,
+                                       const std::vector<Eigen::Vector3d>& centers,
+                                       CutCosts* costs) {
+  std::vector<int> used = points.views;
+  std::sort(used.begin(), used.end());
+  used.erase(std::unique(used.begin(), used.end()), used.end());
+  for (int c = 0; c < tetrahedra.CellCount(); ++c) {
+    const int infinite = tetrahedra.CornerOf(c, Tetrahedra::kInfinite);
+    if (infinite < 0) continue;
+    const std::array<int, 3> f = tetrahedra.Facet(c, infinite);  // from within the hull
+    const bool seen = std::any_of(used.begin(), used.end(), [&](int v) {
+      return Orientation(points.positions[f[0]], points.positions[f[1]], points.positions[f[2]],
+                         centers[v]) < 0;
+    });
+    if (seen) costs->must_be_outside[c] = 1;
+  }
+}
+
 }  // namespace
 
 double PointSpacing(const std::vector<Eigen::Vector3d>& points, const Tetrahedra& tetrahedra) {
@@ -129,6 +148,7 @@ SightCosts CostsOfSights(const SightedPoints& points, const Tetrahedra& tetrahed
       }
     }
   });
+  PutOutsideWhatCamerasSeeOfTheHull(points, tetrahedra, centers, &costs);
   if (quality > 0) AddQuality(points.positions, tetrahedra, quality, &costs);
   result.lines = static_cast<long>(points.views.size());
   result.lost = lost;

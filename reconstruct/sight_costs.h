@@ -6,7 +6,7 @@
 //   a facet between a point and a camera that sees it, d in front of the point:    1 - exp(-d^2 / 2 sigma^2)
 //   a facet on the same line, d <= 3 sigma behind the point:                       1 - exp(-d^2 / 2 sigma^2)
 //   the cell 3 sigma behind the point, where it is outside:                        1
-//   the cell of the camera must be outside
+//   the cell of the camera must be outside; for a camera off the hull, the infinite cells of the facets that it sees
 //   every facet:             quality (1 - min(cos phi, cos psi)), both ways
 // phi and psi are the angles between the facet and the circumscribed spheres of its two cells; the cosine is from the
 // cell's side, negative where the circumcentre is beyond the facet.
