@@ -2,6 +2,7 @@
 // lines of sight, its surface.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
@@ -21,7 +22,9 @@ struct StartStage {
 struct StartMesh {
   TriangleMesh mesh;
   std::vector<float> sights;  // by vertex: the views that see its point
-  int points = 0;             // after merging
+  int sparse_points = 0;
+  int dense_points = 0;
+  int points = 0;  // after merging
   int cells = 0;
   long lines = 0;
   long lost_lines = 0;
@@ -34,7 +37,8 @@ struct StartMesh {
 struct StartObservers {
   std::function<void(double share, const std::string& doing)> on_progress;  // share done, in [0, 1]
   std::function<void(const std::string& line)> on_line;
-  std::function<void()> check_stop;  // throws to end the work
+  std::function<void()> check_stop;    // throws to end the work
+  std::filesystem::path depth_folder;  // where depth maps are kept and found again; empty: nowhere
 };
 
 // Throws InputError where the scene gives no points, or these no surface. The same mesh for any number of threads.

@@ -236,7 +236,7 @@ double Volume(const TriangleMesh& mesh) {
 }
 
 TEST(StartMesh, OfASphereIsTheSphere) {
-  const StartMesh start = MakeStartMesh(SphereScene(3000, 20), {});
+  const StartMesh start = MakeStartMesh(SphereScene(3000, 20), Sparse());
   const MeshReport report = CheckMesh(start.mesh);
   EXPECT_EQ(report.vertex_count, 3000);
   EXPECT_EQ(report.face_count, 2 * 3000 - 4);  // Euler, genus 0

@@ -34,11 +34,14 @@ struct MeshCommand {
   OptionSet set;
   SceneArguments source;
   std::string output;
+  std::string depths;
   void Run() const;
 };
 
 nlohmann::ordered_json StartJson(const StartMesh& start, const MeshReport& report) {
   nlohmann::ordered_json json;
+  json["sparse_points"] = start.sparse_points;
+  json["dense_points"] = start.dense_points;
   json["points"] = start.points;
   json["tetrahedra"] = start.cells;
   json["lines_of_sight"] = start.lines;
@@ -68,13 +71,18 @@ void MeshCommand::Run() const {
   const OutputFolder folder(parent.empty() ? fs::path(".") : parent);
   Progress progress;
   progress.Begin(1);
-  const Scene scene = LoadScene(source.Source(), /*with_images=*/false);
+  const bool dense = options.start.points == StartPoints::kDense;
+  const Scene scene = LoadScene(source.Source(), /*with_images=*/dense);
   for (const std::string& doubt : DoubtsAbout(scene)) progress.Line(doubt);
   StartObservers observers;
   observers.on_progress = [&](double share, const std::string& doing) {
     progress.Update(share, doing);
   };
   observers.on_line = [&](const std::string& line) { progress.Line(line); };
+  if (!depths.empty()) {
+    MakeFolder(depths);
+    observers.depth_folder = depths;
+  }
   observers.check_stop = [&] { signals.ThrowIfCaught(); };
   const StartMesh start = MakeStartMesh(scene, options.start, observers);
   const MeshReport report = CheckMesh(start.mesh);
@@ -107,6 +115,9 @@ void AddMeshCommand(Program* program) {
       .Text("--output", "FILE (required)", &state->output,
             "mesh to write, NAME.ply; NAME.json beside it says how it was made")
       .Required();
+  command.Text(
+      "--depths", "DIR", &state->depths,
+      "folder to keep depth maps in; a later run with the same photographs goes on from them");
   command.Options(&state->set, {{"start.points", "--points"}});
   command.OnRun([state] { state->Run(); });
 }
