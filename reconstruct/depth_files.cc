@@ -17,7 +17,8 @@ namespace {
 constexpr std::uint64_t kVersion =
     1;  // of what MatchPair and FusePairs make of the same photographs
 
-constexpr int kTiffLzw = 5;  // without it OpenCV writes three planes of floats as LogLuv, which rounds them
+constexpr int kTiffLzw =
+    5;  // without it OpenCV writes three planes of floats as LogLuv, which rounds them
 
 class Hash {
  public:

@@ -18,7 +18,8 @@ namespace {
 
 // Of sparse and of dense points.
 constexpr double kSigmaSpacing[2] = {0.25, 0.5};
-constexpr double kMaxEdgeFootprints[2] = {150, 60};
+constexpr double kSparseMaxEdgeFootprints = 100;
+constexpr double kDenseMaxEdgeSpacings = 4;
 
 double ProcessorSeconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
@@ -111,9 +112,11 @@ StartMesh MakeStartMesh(const Scene& scene, const StartOptions& options,
   const std::vector<char> inside =
       stages.Run("cut", 0.8, [&] { return MinimumCut(tetrahedra, sights.costs); });
   CutSurface surface = stages.Run("surface", 0.97, [&] {
-    return SurfaceOfCut(points, tetrahedra, inside,
-                        {Or(options.max_edge_footprints, kMaxEdgeFootprints[dense ? 1 : 0]),
-                         options.min_part_facets});
+    return SurfaceOfCut(
+        points, tetrahedra, inside,
+        {Or(options.max_edge_footprints,
+            dense ? kDenseMaxEdgeSpacings * options.spacing_px : kSparseMaxEdgeFootprints),
+         options.min_part_facets});
   });
   start.long_facets = surface.long_facets;
   start.small_parts = surface.small_parts;

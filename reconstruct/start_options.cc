@@ -31,11 +31,11 @@ void StartOptions::Describe(OptionSet* set) {
       0, 100);
   set->Add("start.quality", &quality, "weight of facets that the points around do not suggest", 0,
            100);
-  set->Add(
-      "start.max_edge_footprints", &max_edge_footprints,
-      "facets with a longer edge are dropped; pixels at the nearest view; 0 = 150, 60 with dense "
-      "points",
-      0, 1e9);
+  set->Add("start.max_edge_footprints", &max_edge_footprints,
+           "facets with a longer edge are dropped; pixels at the nearest view; 0 = 100, 4 "
+           "start.spacing_px with dense "
+           "points",
+           0, 1e9);
   set->Add("start.min_part_facets", &min_part_facets, "parts of fewer facets are dropped", 1, 1e9);
 }
 

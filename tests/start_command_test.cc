@@ -26,11 +26,23 @@ TEST_F(StartCommand, MakesAMeshOfASyntheticScenesPoints) {
   EXPECT_EQ(report.nonmanifold_edge_count, 0);
   const nlohmann::json summary = nlohmann::json::parse(ReadAll(In("start.json")));
   EXPECT_EQ(summary["start"]["faces"], report.face_count);
-  EXPECT_EQ(summary["options"]["start.points"], "sparse");
+  EXPECT_EQ(summary["options"]["start.points"], "dense");
   // The same bytes again, on one thread.
   ASSERT_EQ(Run({"mesh", In("scene"), "--output", In("again.ply"), "--run.threads", "1"}).exit_code,
             0);
   EXPECT_EQ(ReadAll(In("start.ply")), ReadAll(In("again.ply")));
+}
+
+TEST_F(StartCommand, RefineMakesItsOwnMeshWhereNoneIsGiven) {
+  ASSERT_EQ(Run({"synth", "--output", In("scene"), "--scene", "relief", "--synth.width", "160"})
+                .exit_code,
+            0);
+  const Outcome outcome = Run({"refine", In("scene"), "--output", In("out")});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, testing::HasSubstr("no --mesh: making one of the scene itself"));
+  EXPECT_TRUE(std::filesystem::exists(In("out/init.ply")));
+  EXPECT_TRUE(std::filesystem::exists(In("out/refined.ply")));
+  EXPECT_FALSE(std::filesystem::exists(In("out/depths")));
 }
 
 TEST_F(StartCommand, RefusesWhatMakesNoMesh) {

@@ -227,6 +227,12 @@ Scene SphereScene(int count, int most) {
   return scene;
 }
 
+StartOptions Sparse() {
+  StartOptions options;
+  options.points = StartPoints::kSparse;
+  return options;
+}
+
 double Volume(const TriangleMesh& mesh) {
   double sum = 0;
   for (const Eigen::Vector3i& face : mesh.faces) {
@@ -247,7 +253,7 @@ TEST(StartMesh, OfASphereIsTheSphere) {
 }
 
 TEST(StartMesh, TakesTracksOfTwoViewsWhenAskedTo) {
-  StartOptions options;
+  StartOptions options = Sparse();
   const Scene scene = SphereScene(3000, 2);
   try {
     MakeStartMesh(scene, options);
@@ -270,7 +276,7 @@ TEST(StartMesh, GrossOutliersLeaveTheSphere) {
     for (const int v : {p % 18, p % 18 + 1, p % 18 + 2}) point.views.push_back(v);
     scene.points.push_back(point);
   }
-  const StartMesh start = MakeStartMesh(scene, {});
+  const StartMesh start = MakeStartMesh(scene, Sparse());
   int off = 0;
   for (const Vector3d& vertex : start.mesh.vertices) {
     off += std::abs(vertex.norm() - 1) > 0.05 ? 1 : 0;
@@ -286,7 +292,7 @@ TEST(StartMesh, IsTheSameForAnyNumberOfThreads) {
   std::vector<StartMesh> starts;
   for (const int count : {1, 4}) {
     const ThreadScope threads(count);
-    starts.push_back(MakeStartMesh(scene, {}));
+    starts.push_back(MakeStartMesh(scene, Sparse()));
   }
   EXPECT_EQ(starts[0].mesh.vertices, starts[1].mesh.vertices);
   EXPECT_EQ(starts[0].mesh.faces, starts[1].mesh.faces);
@@ -295,9 +301,9 @@ TEST(StartMesh, IsTheSameForAnyNumberOfThreads) {
 TEST(StartMesh, SaysWhatThePointsLack) {
   Scene scene = SphereScene(100, 20);
   for (ScenePoint& point : scene.points) point.views.clear();
-  EXPECT_THROW(MakeStartMesh(scene, {}), InputError);
+  EXPECT_THROW(MakeStartMesh(scene, Sparse()), InputError);
   scene.points.clear();
-  EXPECT_THROW(MakeStartMesh(scene, {}), InputError);
+  EXPECT_THROW(MakeStartMesh(scene, Sparse()), InputError);
 }
 
 TEST(StartMesh, LeavesOutPointsFarFromTheirMeasurements) {
