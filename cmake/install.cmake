@@ -4,7 +4,7 @@
 #   python       the Python package
 include(CMakePackageConfigHelpers)
 
-install(DIRECTORY core costs selection DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/burin
+install(DIRECTORY core costs selection reconstruct DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/burin
         COMPONENT development FILES_MATCHING PATTERN "*.h" PATTERN "*.inc")
 install(DIRECTORY apps/run DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/burin/apps
         COMPONENT development FILES_MATCHING PATTERN "*.h")

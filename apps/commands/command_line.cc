@@ -29,6 +29,7 @@ int Fail(const char* message, int code) noexcept {
 int ParseAndRun(int argc, const char* const* argv) {
   Program program("burin", "0.1.0", "burin: photometric refinement of triangle meshes");
   AddRefineCommand(&program);
+  AddMeshCommand(&program);
   AddSelectCommand(&program);
   AddDemoCommand(&program);
   AddCompareCommand(&program);

@@ -28,6 +28,9 @@ void AddCheckCommand(Program* program);
 // burin refine SCENE_DIR --mesh M.ply --output DIR: refined.ply, summary.json and trace.csv.
 void AddRefineCommand(Program* program);
 
+// burin mesh SCENE_DIR --output init.ply: a mesh to start from, made of the scene itself.
+void AddMeshCommand(Program* program);
+
 // burin select SCENE_DIR --mesh M.ply --output DIR: camera pairs with the reasons for them, as
 // pairs.json, pair_terms.csv and pictures.
 void AddSelectCommand(Program* program);

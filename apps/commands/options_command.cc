@@ -8,6 +8,7 @@
 #include "apps/commands/command.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/evaluate_options.h"
+#include "apps/commands/mesh_options.h"
 #include "apps/commands/option_binding.h"
 #include "apps/run/pipeline.h"
 #include "apps/run/solver_comparison.h"
@@ -20,18 +21,22 @@ namespace {
 // Calls visit(command, options) for each command that has options, with their defaults.
 void ForEachCommand(const std::function<void(const std::string&, const OptionSet&)>& visit) {
   PipelineOptions refine;
+  MeshCommandOptions mesh;
   SyntheticOptions synth;
   EvaluateOptions evaluate;
   CompareOptions compare;
   OptionSet refine_set;
+  OptionSet mesh_set;
   OptionSet synth_set;
   OptionSet evaluate_set;
   OptionSet compare_set;
   refine.Describe(&refine_set);
+  mesh.Describe(&mesh_set);
   synth.Describe(&synth_set);
   evaluate.Describe(&evaluate_set);
   compare.Describe(&compare_set);
   visit("burin refine", refine_set);
+  visit("burin mesh", mesh_set);
   visit("burin synth", synth_set);
   visit("burin evaluate", evaluate_set);
   visit("burin compare-solvers, beside those of refine", compare_set);

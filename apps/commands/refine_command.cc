@@ -15,6 +15,7 @@
 #include "apps/commands/command.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/refine_texts.h"
+#include "apps/commands/start_file.h"
 #include "apps/run/cameras_folder.h"
 #include "apps/run/cameras_output.h"
 #include "apps/run/checkpoint.h"
@@ -206,6 +207,7 @@ void RefineCommand::Run() {
   const std::filesystem::path& folder = output.path();
   RefuseToReplaceInputs(folder);
   if (options.refinement.cameras.refine != CameraUnknowns::kNone) CheckCamerasFolders(folder);
+  if (mesh_path.empty()) mesh_path = MakeInitMesh(source, options.masks.meaning, folder, signals);
   MeshReport report;
   TriangleMesh mesh = ReadMesh(mesh_path, &report);
   RunInputs inputs;
@@ -349,9 +351,9 @@ void AddRefineCommand(Program* program) {
   const auto state = std::make_shared<RefineCommand>();
   state->options.Describe(&state->set);
   const std::vector<Argument> sources = command.Scene(&state->source, /*photographs=*/true);
-  const Argument mesh = command.Text("--mesh", "FILE (required)", &state->mesh_path,
-                                     "mesh to start from: PLY, OBJ or OFF; for NAME.mvs by "
-                                     "itself NAME_mesh.ply");
+  const Argument mesh = command.Text("--mesh", "FILE", &state->mesh_path,
+                                     "mesh to start from: PLY, OBJ or OFF; without it "
+                                     "NAME_mesh.ply of NAME.mvs, or one made as by burin mesh");
   const Argument output = command.Text("--output", "DIR (required)", &state->output_path,
                                        "folder for refined.ply, summary.json and trace.csv");
   const Argument pictures =
@@ -388,7 +390,6 @@ void AddRefineCommand(Program* program) {
     if (!mesh.Given()) state->mesh_path = MeshBeside(state->source.scene).string();
     if (!resume.Given()) {
       if (!scene.Given()) scene.ThrowMissing();
-      if (state->mesh_path.empty()) mesh.ThrowMissing();
       if (!output.Given()) output.ThrowMissing();
     }
     state->Run();
