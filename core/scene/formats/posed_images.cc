@@ -8,18 +8,23 @@
 #include <functional>
 #include <numeric>
 #include <opencv2/imgcodecs.hpp>
+#include <optional>
 #include <set>
 #include <system_error>
 #include <utility>
 
 #include "core/image/gray_image.h"
 #include "core/image/image_size.h"
+#include "core/image/mask_image.h"
+#include "core/scene/formats/black_borders.h"
 #include "core/scene/formats/camera_checks.h"
+#include "core/scene/formats/mask_files.h"
 #include "core/scene/formats/photograph_checks.h"
 #include "core/scene/lens_points.h"
 #include "core/support/atomic_file.h"
 #include "core/support/error.h"
 #include "core/support/file_bytes.h"
+#include "core/support/fixed_text.h"
 #include "core/support/parallel.h"
 #include "core/support/spelling.h"
 
@@ -84,7 +89,10 @@ cv::Mat ReadViewImage(const PosedImage& posed) {
 // Empty when all pixels are to be used.
 cv::Mat ReadViewMask(const fs::path& path, const PosedImage& posed, const fs::path& file) {
   cv::Mat used;
-  if (!path.empty()) used = ReadSized(path, posed) != 0;
+  if (!path.empty()) {
+    used = ReadUsedPixels(path);
+    CheckSize(path, used, posed);
+  }
   if (posed.lens.IsNone()) return used;
   if (!used.empty()) used = Undistort(used, posed.camera, posed.lens) == 255;
   const cv::Mat photographed = PhotographedPixels(posed.camera, posed.lens);
@@ -105,7 +113,8 @@ cv::Mat ReadViewMask(const fs::path& path, const PosedImage& posed, const fs::pa
 void ReadViewObject(const fs::path& path, const PosedImage& posed, View* view) {
   if (path.empty()) return;
   view->photographed = cv::Mat();
-  const cv::Mat mask = ReadSized(path, posed);
+  const cv::Mat mask = ReadMask(path);
+  CheckSize(path, mask, posed);
   double largest = 0;
   cv::minMaxLoc(mask, nullptr, &largest);
   mask.convertTo(view->object, CV_8U, largest > 0 ? 255 / largest : 0);
@@ -115,13 +124,11 @@ void ReadViewObject(const fs::path& path, const PosedImage& posed, View* view) {
   view->object.setTo(0, view->photographed == 0);
 }
 
-fs::path MaskOf(const PosedImage& posed, const fs::path& masks) {
-  std::error_code error;
-  if (!masks.empty()) {
-    fs::path mask = masks / (posed.name + ".png");
-    if (fs::exists(mask, error)) return mask;
-  }
-  return posed.mask_path;
+// The mask that `files` (may be null) has, else the one that the scene names, else the photograph itself where it has alpha.
+fs::path MaskOf(const PosedImage& posed, size_t index, const MaskFiles* files) {
+  if (files != nullptr && !files->Of(index).empty()) return files->Of(index);
+  if (!posed.mask_path.empty()) return posed.mask_path;
+  return ReadAlpha(posed.image_path).empty() ? fs::path() : posed.image_path;
 }
 
 void WriteUndistorted(const PosedImage& posed, const fs::path& target) {
@@ -130,11 +137,22 @@ void WriteUndistorted(const PosedImage& posed, const fs::path& target) {
                                                             cv::IMREAD_IGNORE_ORIENTATION);
   if (image.empty()) throw InputError(posed.image_path, "is not an image that can be read");
   CheckSize(posed.image_path, image, posed);
-  if (image.depth() == CV_16U) image.convertTo(image, CV_8U, 1 / 257.0);
+  const bool deep = image.depth() == CV_16U;
   std::vector<cv::Mat> channels;
   cv::split(image, channels);
-  for (cv::Mat& channel : channels) channel = Undistort(channel, posed.camera, posed.lens);
+  for (cv::Mat& channel : channels) {
+    if (deep) channel.convertTo(channel, CV_32F);
+    channel = Undistort(channel, posed.camera, posed.lens);
+  }
   cv::merge(channels, image);
+  if (deep) {
+    // PNG keeps the levels. JPEG has 8 bits: those that the photograph uses, from its highest on.
+    double largest = 0;
+    cv::minMaxLoc(image.reshape(1), nullptr, &largest);
+    const int bits = std::max(8, std::ilogb(std::max(largest, 1.0)) + 1);
+    const bool png = extension == ".png";
+    image.convertTo(image, png ? CV_16U : CV_8U, png ? 1 : std::ldexp(1.0, 8 - bits));
+  }
   std::vector<unsigned char> bytes;
   if (!cv::imencode(extension, image, bytes, {cv::IMWRITE_JPEG_QUALITY, 95})) {
     throw InputError(target, "cannot be encoded");
@@ -178,7 +196,6 @@ void AddPoints(const PosedScene& posed, const std::vector<int>& view_of_image, S
 
 Scene MakeScene(const PosedScene& posed, bool with_images, const fs::path& masks,
                 MaskMeaning meaning) {
-  if (!masks.empty()) RequireFolder(masks);
   if (with_images && !posed.images_folder.empty()) RequireFolder(posed.images_folder);
   std::vector<size_t> order(posed.images.size());
   std::iota(order.begin(), order.end(), 0);
@@ -208,25 +225,30 @@ Scene MakeScene(const PosedScene& posed, bool with_images, const fs::path& masks
   CheckCentresDiffer(scene.views, posed.file);
   if (with_images) {
     RequirePhotographs(posed);
+    std::optional<MaskFiles> files;
+    if (!masks.empty()) {
+      files.emplace(masks, posed.images);
+      const std::string note = files->Note(posed.images);
+      if (!note.empty()) scene.notes.push_back(note);
+    }
     ForEachInParallel(order.size(), [&](size_t i) {
       View& view = scene.views[i];
       const PosedImage& image = posed.images[order[i]];
       view.gray = ReadViewImage(image);
-      view.mask_path = MaskOf(image, masks);
+      view.mask_path = MaskOf(image, order[i], files ? &*files : nullptr);
       view.mask = ReadViewMask(view.mask_path, image, posed.file);
       if (meaning == MaskMeaning::kObject) ReadViewObject(view.mask_path, image, &view);
     });
-    const bool any_mask =
-        std::any_of(posed.images.begin(), posed.images.end(),
-                    [&](const PosedImage& i) { return !MaskOf(i, masks).empty(); });
-    if (!masks.empty() && !any_mask) {
-      throw InputError(masks, "no image has a mask; that of " + scene.views[0].name +
-                                  " would be called " + scene.views[0].name + ".png");
-    }
+    const bool any_mask = std::any_of(scene.views.begin(), scene.views.end(),
+                                      [](const View& view) { return !view.mask_path.empty(); });
     if (meaning == MaskMeaning::kObject && !any_mask) {
       throw InputError("masks.meaning = object: no image of " + posed.file.string() +
                        " has a mask; --masks DIR says where they are");
     }
+  }
+  if (with_images) {
+    MaskBlackBorders(&scene);
+    NoteMasks(&scene);
   }
   AddPoints(posed, view_of_image, &scene);
   return scene;
@@ -241,7 +263,8 @@ void ReadPixels(const std::vector<View*>& views) {
     image.camera = view.camera;
     image.lens = view.origin.lens;
     view.gray = ReadViewImage(image);
-    view.mask = ReadViewMask(view.mask_path, image, view.image_path);
+    // Without a lens it stays what it was, with what MakeScene found out about the photographs together.
+    if (!image.lens.IsNone()) view.mask = ReadViewMask(view.mask_path, image, view.image_path);
     if (!view.object.empty()) ReadViewObject(view.mask_path, image, &view);
   });
 }
