@@ -9,6 +9,7 @@
 #include "apps/commands/command.h"
 #include "apps/commands/commands.h"
 #include "apps/run/scene_arguments.h"
+#include "apps/run/single_precision.h"
 #include "core/image/gray_image.h"
 #include "core/mesh/mesh_io.h"
 #include "core/scene/doubts.h"
@@ -104,6 +105,14 @@ void ConvertCommand::Run() const {
   }
   std::string written = target.string();
   if (to_openmvs) {
+    std::vector<Eigen::Vector3d> points = surface.vertices;
+    for (const ScenePoint& point : scene.points) points.push_back(point.position);
+    const std::string steps = SinglePrecisionSteps(scene, points);
+    if (!steps.empty()) {
+      std::cerr << target.string()
+                << ": OpenMVS has points and meshes in single precision: " << steps
+                << " (take a local origin)\n";
+    }
     WriteOpenMvs(scene, target);
   } else {
     WriteColmapModel(scene, target, !text_model);
