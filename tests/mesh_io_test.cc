@@ -267,7 +267,7 @@ TEST_F(MeshIo, ErrorsNameTheElement) {
       "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
   EXPECT_EQ(ErrorOf("a.ply", head + "0 0 0 1 0 0 0 1 0 3 0 1 2"), "");
   EXPECT_THAT(ErrorOf("a.ply", ""), HasSubstr("is empty"));
-  EXPECT_THAT(ErrorOf("a.stl", "solid"), HasSubstr("extension: '.stl' must be"));
+  EXPECT_THAT(ErrorOf("a.fbx", "solid"), HasSubstr("extension: '.fbx' must be"));
   EXPECT_THAT(ErrorOf("a.ply", "solid\n"), HasSubstr("first line is not 'ply'"));
   EXPECT_THAT(ErrorOf("a.ply", head + "0 0 0 1 nan 0 0 1 0 3 0 1 2"),
               HasSubstr("vertex 1: y is nan"));

@@ -160,7 +160,7 @@ void AddEvaluateCommand(Program* program) {
   Command command = program->Add("evaluate", "score a mesh against ground truth");
   const auto state = std::make_shared<EvaluateCommand>();
   state->options.Describe(&state->set);
-  command.Text("--mesh", "FILE (required)", &state->mesh, "PLY, OBJ or OFF").Required();
+  command.Text("--mesh", "FILE (required)", &state->mesh, "PLY, OBJ, OFF or STL").Required();
   const Argument truth = command.Text("--truth", "FILE (required, but for --cameras)",
                                       &state->truth, "mesh, or PLY point cloud, best with normals");
   command.Text(

@@ -1,4 +1,4 @@
-// Mesh files: PLY (text and binary, either byte order), OBJ and OFF, told apart by the extension.
+// Mesh files: PLY (text and binary, either byte order), OBJ, OFF and, to read only, STL, told apart by the extension.
 #pragma once
 
 #include <Eigen/Core>
