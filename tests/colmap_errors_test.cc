@@ -108,8 +108,6 @@ TEST_F(ColmapErrors, MalformedTextNamesLineAndField) {
   EXPECT_EQ(ErrorWith("images.txt", " view1.png", ""), images + ": line 3: NAME: is missing");
   EXPECT_EQ(ErrorWith("images.txt", "1 1 1\n2", "1 1\n2"),
             images + ": line 2: POINTS2D POINT3D_ID: is missing");
-  // Lines of observations left out: the next image is taken for one and found not to be.
-  EXPECT_THAT(ErrorWith("images.txt", "1 1 1\n2", "2"), StartsWith(images + ": line 2: POINTS2D"));
   EXPECT_EQ(ErrorWith("points3D.txt", "9 9 9 0 1 0", "9 9 256 0 1 0"),
             points + ": line 1: B: '256' is not an integer in range");
   EXPECT_EQ(ErrorWith("points3D.txt", "2 0\n", "2"),

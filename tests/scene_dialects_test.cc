@@ -74,6 +74,62 @@ TEST_F(Dialects, ImageTakenOutOfColmap) {
                                           HasSubstr("IMAGE_ID = 3 of point 1"))));
 }
 
+// Exporters of known poses write one line an image, and no observations.
+TEST_F(Dialects, ColmapImagesOfOneLine) {
+  Write(
+      "sparse/images.txt",
+      "1 1 0 0 0 0 0 9 1 a.png\n2 1 0 0 0 1 0 9 1 b.png\n3 1 0 0 0 2 0 9 1 my photograph c.png\n");
+  fs::rename(In("images/c.png"), In("images/my photograph c.png"));
+  const Scene scene = Load();
+  ASSERT_EQ(scene.views.size(), 3U);
+  EXPECT_EQ(scene.views[2].name, "my photograph c.png");
+  EXPECT_EQ(scene.points.size(), 2U);
+}
+
+TEST_F(Dialects, ALargerModelBesideTheFirst) {
+  for (const char* file : {"cameras.txt", "images.txt", "points3D.txt"}) {
+    fs::create_directories(In("sparse/0"));
+    fs::create_directories(In("sparse/1"));
+    fs::copy(In("sparse") / file, In("sparse/1") / file);
+    fs::rename(In("sparse") / file, In("sparse/0") / file);
+  }
+  EXPECT_THAT(Load().notes, IsEmpty());
+  const std::string images = ReadFileBytes(In("sparse/1/images.txt"));
+  Write("sparse/1/images.txt", images + "4 1 0 0 0 3 0 9 1 d.png\n\n");
+  const Scene scene = Load();
+  EXPECT_EQ(scene.views.size(), 3U);
+  EXPECT_THAT(scene.notes, Contains(AllOf(HasSubstr("0/images.txt is read"),
+                                          HasSubstr("1/images.txt is larger"))));
+}
+
+// The same camera of DTU by both of its forms.
+TEST_F(Dialects, DtusTwoForms) {
+  for (const char* name : {"images/rect_001_3.png", "images/rect_002_3.png", "images/00000000.png",
+                           "images/00000001.png"}) {
+    ASSERT_TRUE(cv::imwrite(In(name).string(), cv::Mat(1200, 1600, CV_8UC1, cv::Scalar(9))));
+  }
+  for (const std::string view : {"1", "2"}) {
+    // K [I t] with t = (view, 0, 0).
+    const double x = 2892.33 * std::stod(view);
+    Write("cal/pos_00" + view + ".txt",
+          "2892.33 0 823.205 " + std::to_string(x) + "\n0 2883.18 619.071 0\n0 0 1 0\n");
+    Write("mv/cams/0000000" + std::to_string(std::stoi(view) - 1) + "_cam.txt",
+          "extrinsic\n1 0 0 " + view +
+              "\n0 1 0 0\n0 0 1 0\n0 0 0 1\n\nintrinsic\n2892.33 0 823.205\n0 2883.18 619.071\n0 "
+              "0 1\n\n425 2.5\n");
+  }
+  const PosedScene dtu = ReadScene({In("cal"), In("images"), {}});
+  const PosedScene mvsnet = ReadScene({In("mv"), In("images"), {}});
+  ASSERT_EQ(dtu.images.size(), 2U);
+  ASSERT_EQ(mvsnet.images.size(), 2U);
+  for (int v = 0; v < 2; ++v) {
+    EXPECT_NEAR(dtu.images[v].camera.cx, 823.705, 1e-6);
+    EXPECT_NEAR(mvsnet.images[v].camera.cx, 823.705, 1e-6);
+    EXPECT_NEAR(mvsnet.images[v].camera.cy, dtu.images[v].camera.cy, 1e-6);
+  }
+  EXPECT_THAT(mvsnet.notes, Contains(HasSubstr("these cameras are DTU's")));
+}
+
 TEST_F(Dialects, ABadPointIsLeftOut) {
   Write("sparse/points3D.txt", "1 0 nan 0 9 9 9 0 1 0 2 0\n2 1 0 0 9 9 9 0 1 0 2 0\n");
   const Scene scene = Load();

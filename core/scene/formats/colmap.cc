@@ -84,6 +84,27 @@ ColmapFiles FindModel(const fs::path& workspace) {
   return *incomplete;
 }
 
+// The mapper writes a model for each part that it could not connect, in no order of size: where one beside the model in
+// sparse/0 has a larger file of images, a line says so.
+std::string LargerSibling(const ColmapFiles& files) {
+  const fs::path folder = files.images.parent_path();
+  if (folder.filename() != "0") return {};
+  std::error_code error;
+  std::uintmax_t largest = fs::file_size(files.images, error);
+  fs::path larger;
+  for (int k = 1; fs::is_directory(folder.parent_path() / std::to_string(k), error); ++k) {
+    const fs::path images =
+        ColmapFilesIn(folder.parent_path() / std::to_string(k), files.binary).images;
+    const std::uintmax_t size = fs::file_size(images, error);
+    if (error || size <= largest) continue;
+    largest = size;
+    larger = images;
+  }
+  if (larger.empty()) return {};
+  return files.images.string() + " is read; " + larger.string() + " is larger (" +
+         std::to_string(largest) + " bytes): give its folder to read that model";
+}
+
 Camera PinholeOf(const ColmapCamera& camera, const ColmapImage& image) {
   const int focal_count = camera.model->focal_count;
   Camera pinhole;
@@ -191,6 +212,8 @@ PosedScene ReadColmap(const fs::path& workspace, const fs::path& images) {
   if (!fs::exists(files.points, error)) {
     posed.notes.push_back(files.points.string() + ": is missing: the scene has no sparse points");
   }
+  const std::string larger = LargerSibling(files);
+  if (!larger.empty()) posed.notes.push_back(larger);
   AddPoints(model, index_of_image, &posed);
   return posed;
 }

@@ -47,6 +47,12 @@ class TextLines {
     return false;
   }
 
+  // The line after the current one, which stays the current one; nothing at the end of the file.
+  std::string_view Following() const {
+    if (begin_ >= text_.size()) return {};
+    return std::string_view(text_).substr(begin_, text_.find('\n', begin_) - begin_);
+  }
+
   bool AtEndOfLine() const { return line_.find_first_not_of(kBlank) == std::string_view::npos; }
 
   std::string_view Word(const char* field) {
