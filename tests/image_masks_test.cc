@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <opencv2/imgcodecs.hpp>
+
 #include "apps/run/pipeline.h"
 #include "core/evaluate/evaluation.h"
 #include "core/image/gray_image.h"
@@ -134,6 +136,88 @@ TEST(ImageMasks, AreReadByColmapsNames) {
   EXPECT_NE(read.views[1].mask.at<uint8_t>(1, 2), 0);
   WriteGrayImage(cv::Mat(4, 5, CV_8UC1, cv::Scalar(0)), masks / "view0.png.png");
   refused("view0.png.png: image size: is 5 x 4 but camera 1 is 6 x 4");
+}
+
+// Photographs 6 x 4 of TinyScene with masks by other names; which views have one, and what is said.
+TEST(ImageMasks, AreFoundByTheNamesThatProgramsGive) {
+  for (const std::string name :
+       {"view1.png", "VIEW1_mask.PNG", "view1.mask.tif", "mask_view1.png"}) {
+    const TempFolder folder;
+    WriteColmapScene(TinyScene(), folder.path() / "scene", true);
+    cv::Mat mask(4, 6, CV_8UC1, cv::Scalar(255));
+    mask.colRange(0, 3) = 0;
+    std::filesystem::create_directories(folder.path() / "masks");
+    ASSERT_TRUE(cv::imwrite((folder.path() / "masks" / name).string(), mask));
+    ASSERT_TRUE(cv::imwrite((folder.path() / "masks" / "other.png").string(), mask));
+    const Scene scene = LoadScene({folder.path() / "scene", {}, folder.path() / "masks"});
+    EXPECT_TRUE(scene.views[0].mask.empty());
+    EXPECT_EQ(cv::norm(scene.views[1].mask, mask, cv::NORM_INF), 0) << name;
+    EXPECT_THAT(scene.notes,
+                testing::ElementsAre(
+                    testing::AllOf(testing::HasSubstr("1 of 2 views has a mask; that of view0.png "
+                                                      "would be called view0.png.png; 1 files of "),
+                                   testing::HasSubstr("fit no view, the first is other.png")),
+                    "1 of 2 views have a mask; 75.0 % of all pixels are used"));
+  }
+}
+
+// What programs that cut out backgrounds save: the cut in the alpha, over white in masks, over anything in photographs.
+TEST(ImageMasks, AlphaIsAMask) {
+  const TempFolder folder;
+  const Scene scene = TinyScene();
+  WriteColmapScene(scene, folder.path() / "scene", true);
+  cv::Mat alpha(4, 6, CV_8UC1, cv::Scalar(255));
+  alpha.rowRange(0, 2) = 0;
+  alpha.at<uint8_t>(2, 2) = 128;  // blended with what is behind
+  const cv::Mat gray = scene.views[0].gray;
+  const auto write = [&](const std::filesystem::path& path, const cv::Mat& levels) {
+    cv::Mat cut;
+    cv::merge(std::vector<cv::Mat>{levels, levels, levels, alpha}, cut);
+    std::filesystem::create_directories(path.parent_path());
+    ASSERT_TRUE(cv::imwrite(path.string(), cut));
+  };
+  write(folder.path() / "scene/images/view0.png", gray);
+  const Scene cut = LoadScene({folder.path() / "scene", {}, {}});
+  EXPECT_EQ(cv::norm(cut.views[0].mask, alpha == 255, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(cut.views[0].gray, gray, cv::NORM_INF), 0);
+  EXPECT_TRUE(cut.views[1].mask.empty());
+  EXPECT_THAT(cut.notes,
+              testing::Contains("1 photographs have transparent pixels, which are not used"));
+  write(folder.path() / "masks/view1.png.png", cv::Mat(4, 6, CV_8UC1, cv::Scalar(255)));
+  const Scene masked = LoadScene({folder.path() / "scene", {}, folder.path() / "masks"});
+  EXPECT_EQ(cv::norm(masked.views[1].mask, alpha == 255, cv::NORM_INF), 0);
+  // Opaque everywhere is no mask.
+  alpha.setTo(255);
+  write(folder.path() / "scene/images/view0.png", gray);
+  EXPECT_TRUE(LoadScene({folder.path() / "scene", {}, {}}).views[0].mask.empty());
+}
+
+TEST(ImageMasks, BlackAlongTheBorderOfAllPhotographsIsNoPicture) {
+  const TempFolder folder;
+  Scene scene = TinyScene();
+  View third = scene.views[1];
+  third.name = "view2.png";
+  third.camera.translation.x() += 1;
+  scene.views.push_back(third);
+  for (View& view : scene.views) {
+    view.camera = scene.views[0].camera;
+    view.camera.translation.x() += static_cast<double>(&view - scene.views.data());
+    view.gray = cv::Mat(4, 6, CV_8UC1, cv::Scalar(90));
+    view.gray.at<uint8_t>(0, 0) = view.gray.at<uint8_t>(0, 1) = 0;
+    view.gray.at<uint8_t>(2, 2) = 0;  // black, but of the picture
+  }
+  scene.views[1].gray.at<uint8_t>(3, 5) = 0;  // in one photograph only
+  scene.points.clear();
+  for (View& view : scene.views) view.origin.camera_id = 1;
+  WriteColmapScene(scene, folder.path(), true);
+  const Scene read = LoadScene({folder.path(), {}, {}});
+  for (const View& view : read.views) {
+    ASSERT_FALSE(view.mask.empty());
+    EXPECT_EQ(cv::countNonZero(view.mask == 0), 2);
+    EXPECT_EQ(view.mask.at<uint8_t>(0, 1), 0);
+  }
+  EXPECT_THAT(read.notes, testing::Contains(testing::HasSubstr(
+                              "view0.png and 2 more: 8.3 % of the picture is 0 along its border")));
 }
 
 // As shares of pixels; the largest grey level is the whole object, and what the lens takes from outside the photograph is

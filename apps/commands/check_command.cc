@@ -78,7 +78,8 @@ void AddCheckCommand(Program* program) {
   state->options.Describe(&state->set);
   command.Scene(&state->source, /*photographs=*/true)[0].Required();
   command
-      .Text("--mesh", "FILE (required)", &state->mesh_path, "mesh to start from: PLY, OBJ or OFF")
+      .Text("--mesh", "FILE (required)", &state->mesh_path,
+            "mesh to start from: PLY, OBJ, OFF or STL")
       .Required();
   command.Text("--output", "DIR", &state->output_path,
                "folder for offsets.png, a picture of the offsets by view, and verdict.json");

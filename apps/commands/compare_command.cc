@@ -135,7 +135,8 @@ void AddCompareCommand(Program* program) {
   state->compare.Describe(&state->set);
   command.Scene(&state->source, /*photographs=*/true)[0].Required();
   command
-      .Text("--mesh", "FILE (required)", &state->mesh_path, "mesh to start from: PLY, OBJ or OFF")
+      .Text("--mesh", "FILE (required)", &state->mesh_path,
+            "mesh to start from: PLY, OBJ, OFF or STL")
       .Required();
   command.Text("--truth", "FILE", &state->truth_path,
                "mesh, or PLY point cloud: also measure the error, as burin evaluate does");

@@ -9,6 +9,7 @@
 #include "apps/commands/command.h"
 #include "apps/commands/commands.h"
 #include "apps/run/scene_arguments.h"
+#include "apps/run/single_precision.h"
 #include "core/image/gray_image.h"
 #include "core/mesh/mesh_io.h"
 #include "core/scene/doubts.h"
@@ -37,6 +38,16 @@ void RefuseExisting(const fs::path& file) {
   if (fs::exists(fs::symlink_status(file, error))) ThrowExists(file);
 }
 
+// Whether files of scenes and meshes end so: whoever names one wants no folder.
+bool IsNameOfAFile(const fs::path& extension) {
+  const std::string text = extension.string();
+  for (const char* known :
+       {".nvm", ".out", ".json", ".ply", ".obj", ".off", ".txt", ".bin", ".xml"}) {
+    if (text == known) return true;
+  }
+  return false;
+}
+
 fs::path MaskPath(const fs::path& folder, const View& view) {
   return folder / "masks" / (view.name + ".png");
 }
@@ -56,7 +67,8 @@ void ConvertCommand::Run() const {
   }
   if (target.filename() == ".mvs") throw InputError(target, "has no name before .mvs");
   const bool to_openmvs = target.extension() == ".mvs";
-  if (!to_openmvs && target.has_extension() && !fs::is_directory(target)) {
+  if (!to_openmvs && !fs::is_directory(target) &&
+      (fs::exists(target) || IsNameOfAFile(target.extension()))) {
     throw InputError(target, "is neither a folder (COLMAP) nor NAME.mvs (OpenMVS)");
   }
   if (to_openmvs && text_model) throw InputError("--text: is for COLMAP models only");
@@ -93,6 +105,14 @@ void ConvertCommand::Run() const {
   }
   std::string written = target.string();
   if (to_openmvs) {
+    std::vector<Eigen::Vector3d> points = surface.vertices;
+    for (const ScenePoint& point : scene.points) points.push_back(point.position);
+    const std::string steps = SinglePrecisionSteps(scene, points);
+    if (!steps.empty()) {
+      std::cerr << target.string()
+                << ": OpenMVS has points and meshes in single precision: " << steps
+                << " (take a local origin)\n";
+    }
     WriteOpenMvs(scene, target);
   } else {
     WriteColmapModel(scene, target, !text_model);

@@ -68,7 +68,7 @@ void AddPictureCommand(Program* program) {
   const auto state = std::make_shared<PictureCommand>();
   state->options.Describe(&state->set);
   command.Scene(&state->source, /*photographs=*/false)[0].Required();
-  command.Text("--mesh", "FILE (required)", &state->mesh, "PLY, OBJ or OFF").Required();
+  command.Text("--mesh", "FILE (required)", &state->mesh, "PLY, OBJ, OFF or STL").Required();
   command
       .Text("--truth", "FILE (required)", &state->truth,
             "mesh, or PLY point cloud, best with normals")

@@ -99,7 +99,8 @@ void AddSelectCommand(Program* program) {
   state->options.Describe(&state->set);
   command.Scene(&state->source, /*photographs=*/false)[0].Required();
   command
-      .Text("--mesh", "FILE (required)", &state->mesh_path, "mesh to start from: PLY, OBJ or OFF")
+      .Text("--mesh", "FILE (required)", &state->mesh_path,
+            "mesh to start from: PLY, OBJ, OFF or STL")
       .Required();
   command
       .Text("--output", "DIR (required)", &state->output_path,

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "apps/run/single_precision.h"
 #include "apps/run/turned_axes.h"
 #include "core/support/error.h"
 #include "core/support/fixed_text.h"
@@ -118,6 +119,9 @@ MeshParts OrientAndCheck(const Scene& scene, const MeshOptions& options,
     found.lines.push_back(
         "mesh: " + left +
         " seen from behind only: they take no part (mesh.orient = on turns their faces)");
+  }
+  for (const std::string& line : {MeshPrecisionLine(scene, *mesh), StrayPartLine(scene, *mesh)}) {
+    if (!line.empty()) found.lines.push_back(line);
   }
   return found;
 }

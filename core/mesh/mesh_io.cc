@@ -14,6 +14,8 @@
 
 #include "core/mesh/mesh_scan.h"
 #include "core/mesh/openmesh_silence.h"
+#include "core/mesh/polygon_cut.h"
+#include "core/mesh/weld.h"
 #include "core/support/atomic_file.h"
 #include "core/support/error.h"
 
@@ -81,14 +83,21 @@ class PolygonCollector : public OpenMesh::IO::BaseImporter {
   void add_texture_information(int, std::string) override {}
 };
 
-std::string Extension(const std::filesystem::path& path) {
+const std::vector<std::string> kWritten = {"ply", "obj", "off"};
+const std::vector<std::string> kRead = {"ply", "obj", "off", "stl"};
+
+std::string Extension(const std::filesystem::path& path, const std::vector<std::string>& allowed) {
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (extension != ".ply" && extension != ".obj" && extension != ".off") {
-    throw InputError(path, "extension: '" + extension + "' must be .ply, .obj or .off");
+  for (const std::string& known : allowed) {
+    if (extension == "." + known) return known;
   }
-  return extension.substr(1);
+  std::string text;
+  for (size_t k = 0; k < allowed.size(); ++k) {
+    text += (k == 0 ? "." : k + 1 < allowed.size() ? ", ." : " or .") + allowed[k];
+  }
+  throw InputError(path, "extension: '" + extension + "' must be " + text);
 }
 
 std::string ReadWholeFile(const std::filesystem::path& path) {
@@ -101,6 +110,10 @@ std::string ReadWholeFile(const std::filesystem::path& path) {
   std::string data((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   if (!file) throw InputError(path, "mesh file: cannot be read");
   if (data.empty()) throw InputError(path, "mesh file: is empty");
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (data.compare(0, kByteOrderMark.size(), kByteOrderMark) == 0) {
+    data.erase(0, kByteOrderMark.size());
+  }
   if (data.size() > static_cast<size_t>(std::numeric_limits<int>::max())) {
     throw InputError(path, "mesh file: is larger than 2 GiB");
   }
@@ -210,15 +223,18 @@ std::string OffText(const TriangleMesh& mesh, const std::vector<Eigen::Vector3f>
 }  // namespace
 
 TriangleMesh ReadMesh(const std::filesystem::path& path, MeshReport* report) {
-  const std::string extension = Extension(path);
+  const std::string extension = Extension(path, kRead);
   ScannedMesh scan;
   {
     const std::string data = ReadWholeFile(path);
     scan = extension == "ply"   ? ScanPly(path, data)
            : extension == "obj" ? ScanObj(path, data)
+           : extension == "stl" ? ScanStl(path, data)
                                 : ScanOff(path, data);
   }
-  const PolygonCollector polygons = ParseWithOpenMesh(path, extension, scan);
+  // A soup of facets is given as OFF (core/mesh/mesh_scan_stl.cc).
+  const PolygonCollector polygons =
+      ParseWithOpenMesh(path, extension == "stl" ? "off" : extension, scan);
 
   TriangleMesh mesh;
   mesh.vertices = std::move(scan.positions);
@@ -236,11 +252,19 @@ TriangleMesh ReadMesh(const std::filesystem::path& path, MeshReport* report) {
     }
     polygon_count += corner_count > 3;
     dropped_count += corner_count < 3;
-    for (int c = 2; c < corner_count; ++c) {
-      mesh.faces.emplace_back(corner[0], corner[c - 1], corner[c]);
+    if (corner_count == 3) {
+      mesh.faces.emplace_back(corner[0], corner[1], corner[2]);
+    } else if (corner_count > 3) {
+      std::vector<Eigen::Vector3d> corners;
+      for (int c = 0; c < corner_count; ++c) corners.push_back(mesh.vertices[corner[c]]);
+      for (const Eigen::Vector3i& cut : CutPolygon(corners)) {
+        mesh.faces.emplace_back(corner[cut[0]], corner[cut[1]], corner[cut[2]]);
+      }
     }
   }
   dropped_count += DropDegenerateFaces(&mesh);
+  const int duplicate_count = DropDuplicateFaces(&mesh);
+  const int welded_count = WeldSeams(&mesh);
   if (mesh.faces.empty()) {
     throw InputError(path, "faces: every one of the " + std::to_string(dropped_count) +
                                " repeats a vertex or has no area");
@@ -250,6 +274,8 @@ TriangleMesh ReadMesh(const std::filesystem::path& path, MeshReport* report) {
     *report = CheckMesh(mesh);
     report->polygon_count = polygon_count;
     report->degenerate_face_count += dropped_count;
+    report->duplicate_face_count = duplicate_count;
+    report->welded_vertex_count = welded_count;
     report->reoriented_face_count = reoriented_count;
   }
   return mesh;
@@ -258,7 +284,7 @@ TriangleMesh ReadMesh(const std::filesystem::path& path, MeshReport* report) {
 void WriteMesh(const std::filesystem::path& path, const TriangleMesh& mesh,
                const std::vector<Eigen::Vector3f>* vertex_colors,
                const std::vector<VertexScalar>& scalars) {
-  const std::string extension = Extension(path);
+  const std::string extension = Extension(path, kWritten);
   WriteTextAtomically(path, extension == "ply"   ? PlyText(mesh, vertex_colors, scalars)
                             : extension == "obj" ? ObjText(mesh, vertex_colors)
                                                  : OffText(mesh, vertex_colors));

@@ -29,6 +29,7 @@ struct ScannedMesh {
 ScannedMesh ScanPly(const std::filesystem::path& path, const std::string& data);
 ScannedMesh ScanObj(const std::filesystem::path& path, const std::string& data);
 ScannedMesh ScanOff(const std::filesystem::path& path, const std::string& data);
+ScannedMesh ScanStl(const std::filesystem::path& path, const std::string& data);
 
 // The whole token is a number: decimal, with exponent, nan or inf (numbers too large to hold are
 // inf). Independent of the locale.

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 #include "core/mesh/mesh_scan.h"
@@ -24,20 +25,24 @@ class PlyScanner {
     header_ = ReadPlyHeader(path_, [this] { return HeaderLine(); });
     const PlyElement* vertices = nullptr;
     const PlyElement* faces = nullptr;
+    bool strips = false;
     for (const PlyElement& element : header_.elements) {
       CheckFits(element);
       if (element.name == "vertex") {
         ScanVertices(element);
         vertices = &element;
-      } else if (element.name == "face") {
+      } else if (element.name == "face" && element.count > 0) {
         ScanFaces(element);
         faces = &element;
+      } else if (element.name == "tristrips" && faces == nullptr) {
+        ScanStrips(element);
+        strips = true;
       } else {
         SkipElement(element);
       }
     }
     if (vertices == nullptr || vertices->count == 0) Fail("element vertex: the mesh has none");
-    if (faces == nullptr || faces->count == 0) Fail("element face: the mesh has none");
+    if (faces == nullptr && mesh_.face_count == 0) Fail("element face: the mesh has none");
     const size_t end = data_.find_first_not_of(std::string(" \t\r\n\0", 5), at_);
     if (end != std::string::npos) {
       Fail("end of file: " + std::to_string(data_.size() - at_) +
@@ -47,13 +52,13 @@ class PlyScanner {
     text << "ply\nformat " << header_.format << " 1.0\nelement vertex " << vertices->count << "\n";
     for (const char* axis : {"x", "y", "z"}) {
       const auto& type = FindProperty(*vertices, axis)->type;
-      text << "property " << type->name << " " << axis << "\n";
+      text << "property " << (type->kind == 'f' ? type->name : "float") << " " << axis << "\n";
     }
-    text << "element face " << faces->count << "\nproperty list "
-         << OpenMeshCountType(*indices_->count_type) << " " << indices_->type->name
-         << " vertex_indices\nend_header\n";
+    if (faces != nullptr) mesh_.face_count = static_cast<std::int64_t>(faces->count);
+    text << "element face " << mesh_.face_count << "\nproperty list "
+         << (strips ? "uchar" : OpenMeshCountType(*indices_->count_type)) << " "
+         << (strips ? "int" : indices_->type->name) << " vertex_indices\nend_header\n";
     mesh_.text = text.str() + vertex_text_ + face_text_;
-    mesh_.face_count = static_cast<std::int64_t>(faces->count);
     return std::move(mesh_);
   }
 
@@ -100,7 +105,11 @@ class PlyScanner {
       const std::string_view token(data_.data() + begin, end - begin);
       double value = 0;
       if (!ParseNumber(token, &value)) {
-        Fail(Where(element, index) + ": '" + std::string(token) + "' is not a number");
+        // Of fields that do not matter programs write "-nan(ind)" and the like.
+        if (copy == nullptr && type.kind == 'f')
+          value = std::numeric_limits<double>::quiet_NaN();
+        else
+          Fail(Where(element, index) + ": '" + std::string(token) + "' is not a number");
       }
       at_ = end;
       if (copy != nullptr && type.kind != 'f') {
@@ -125,20 +134,24 @@ class PlyScanner {
   // Walks over a property, scalar or list.
   void Skip(const PlyProperty& property, const PlyElement& element, std::uint64_t index,
             std::string* copy) {
-    std::int64_t length = 1;
-    if (property.count_type != nullptr) {
-      const double value = Next(*property.count_type, element, index, copy);
-      const auto left = static_cast<double>(data_.size() - at_) + 1;
-      if (value < 0 || value != std::floor(value)) {
-        Fail(Where(element, index) + ": " + property.name + " has a length of " + Text(value));
-      }
-      if (value * (header_.ascii ? 2 : property.type->size) > left) {
-        Fail(Where(element, index) + ": the file is truncated here, " + property.name +
-             " has a length of " + Text(value));
-      }
-      length = static_cast<std::int64_t>(value);
-    }
+    const std::int64_t length =
+        property.count_type != nullptr ? Length(property, element, index, copy) : 1;
     for (std::int64_t i = 0; i < length; ++i) Next(*property.type, element, index, copy);
+  }
+
+  // Of a list, which the rest of the file has room for.
+  std::int64_t Length(const PlyProperty& property, const PlyElement& element, std::uint64_t index,
+                      std::string* copy) {
+    const double value = Next(*property.count_type, element, index, copy);
+    const auto left = static_cast<double>(data_.size() - at_) + 1;
+    if (value < 0 || value != std::floor(value)) {
+      Fail(Where(element, index) + ": " + property.name + " has a length of " + Text(value));
+    }
+    if (value * (header_.ascii ? 2 : property.type->size) > left) {
+      Fail(Where(element, index) + ": the file is truncated here, " + property.name +
+           " has a length of " + Text(value));
+    }
+    return static_cast<std::int64_t>(value);
   }
 
   static std::string Text(double value) {
@@ -151,9 +164,9 @@ class PlyScanner {
     std::array<int, 3> order = {-1, -1, -1};
     for (int axis = 0; axis < 3; ++axis) {
       const PlyProperty* property = FindProperty(element, std::string(1, "xyz"[axis]));
-      if (property == nullptr || property->count_type != nullptr || property->type->kind != 'f') {
+      if (property == nullptr || property->count_type != nullptr) {
         Fail("element vertex: property " + std::string(1, "xyz"[axis]) +
-             " must be there as float or double");
+             " must be there as a number");
       }
       order[axis] = static_cast<int>(property - element.properties.data());
     }
@@ -167,7 +180,13 @@ class PlyScanner {
           Skip(element.properties[p], element, v, nullptr);
         } else {
           const auto a = axis - order.begin();
-          position[a] = Next(*element.properties[p].type, element, v, &copies[a]);
+          const PlyType& type = *element.properties[p].type;
+          if (type.kind == 'f') {
+            position[a] = Next(type, element, v, &copies[a]);
+          } else {  // OpenMesh, whose positions are not used, gets zeros as float
+            position[a] = Next(type, element, v, nullptr);
+            copies[a] = header_.ascii ? "0 " : std::string(sizeof(float), '\0');
+          }
         }
       }
       CheckPosition(path_, static_cast<std::int64_t>(v), position);
@@ -187,6 +206,54 @@ class PlyScanner {
     for (std::uint64_t f = 0; f < element.count; ++f) {
       for (const PlyProperty& property : element.properties) {
         Skip(property, element, f, &property == indices_ ? &face_text_ : nullptr);
+      }
+    }
+  }
+
+  // Triangle strips: each vertex makes a triangle with the two before it, every other one turned; -1 begins anew.
+  void ScanStrips(const PlyElement& element) {
+    const PlyProperty* strip = FindProperty(element, "vertex_indices");
+    if (strip == nullptr) strip = FindProperty(element, "vertex_index");
+    if (strip == nullptr || strip->count_type == nullptr || strip->type->kind == 'f') {
+      Fail("element tristrips: property vertex_indices must be there as a list of integers");
+    }
+    for (std::uint64_t s = 0; s < element.count; ++s) {
+      for (const PlyProperty& property : element.properties) {
+        if (&property == strip) {
+          AddStrip(property, element, s);
+        } else {
+          Skip(property, element, s, nullptr);
+        }
+      }
+    }
+  }
+
+  void AddStrip(const PlyProperty& property, const PlyElement& element, std::uint64_t index) {
+    const std::int64_t length = Length(property, element, index, nullptr);
+    std::array<std::int32_t, 2> before = {-1, -1};
+    std::int64_t run = 0;
+    for (std::int64_t i = 0; i < length; ++i) {
+      const auto vertex = static_cast<std::int32_t>(Next(*property.type, element, index, nullptr));
+      run = vertex < 0 ? 0 : run + 1;
+      if (run >= 3 && before[0] != before[1] && before[1] != vertex && before[0] != vertex) {
+        const bool turned = run % 2 == 0;
+        AddTriangle(before[turned ? 1 : 0], before[turned ? 0 : 1], vertex);
+      }
+      before = {before[1], vertex};
+    }
+  }
+
+  void AddTriangle(std::int32_t a, std::int32_t b, std::int32_t c) {
+    ++mesh_.face_count;
+    if (header_.ascii) {
+      for (const std::int32_t number : {3, a, b, c}) face_text_ += std::to_string(number) + " ";
+      return;
+    }
+    face_text_.push_back(3);
+    for (const std::int32_t number : {a, b, c}) {
+      for (int byte = 0; byte < 4; ++byte) {
+        const int shift = 8 * (header_.big_endian ? 3 - byte : byte);
+        face_text_.push_back(static_cast<char>(static_cast<std::uint32_t>(number) >> shift));
       }
     }
   }

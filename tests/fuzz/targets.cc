@@ -62,6 +62,7 @@ void ReadMeshAs(const std::string& name, const std::string& bytes) {
 void Ply(const std::string& bytes) { ReadMeshAs("mesh.ply", bytes); }
 void Obj(const std::string& bytes) { ReadMeshAs("mesh.obj", bytes); }
 void Off(const std::string& bytes) { ReadMeshAs("mesh.off", bytes); }
+void Stl(const std::string& bytes) { ReadMeshAs("mesh.stl", bytes); }
 
 Scene TinyScene() {
   Scene scene;
@@ -229,6 +230,7 @@ const std::vector<Target>& Targets() {
   static const std::vector<Target> targets = {{"ply", Ply},
                                               {"obj", Obj},
                                               {"off", Off},
+                                              {"stl", Stl},
                                               {"refinement", Refinement},
                                               {"points", Points},
                                               {"colmap_binary", ColmapBinary},

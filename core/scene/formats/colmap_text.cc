@@ -36,6 +36,22 @@ std::uint64_t PointId(std::string_view word) {
   return result.ptr == word.data() + word.size() ? id : kNoId;
 }
 
+// Observations are numbers in threes; an image has ten words at least, of which the tenth is the name.
+bool IsImage(std::string_view line) {
+  int words = 0;
+  bool numbers = true;
+  for (std::size_t begin = line.find_first_not_of(TextLines::kBlank);
+       begin != std::string_view::npos;) {
+    const std::size_t end = std::min(line.find_first_of(TextLines::kBlank, begin), line.size());
+    double value = 0;
+    const auto [last, error] = std::from_chars(line.data() + begin, line.data() + end, value);
+    numbers = numbers && error == std::errc() && last == line.data() + end;
+    ++words;
+    begin = line.find_first_not_of(TextLines::kBlank, end);
+  }
+  return words >= 10 && (words % 3 != 0 || !numbers);
+}
+
 std::vector<ColmapImage> ReadImages(const std::filesystem::path& path) {
   std::vector<ColmapImage> images;
   TextLines lines(path);
@@ -48,7 +64,8 @@ std::vector<ColmapImage> ReadImages(const std::filesystem::path& path) {
     image.camera_id = lines.Number<std::uint32_t>("CAMERA_ID");
     image.name = lines.Rest("NAME");
     // The observations have a line of their own, blank when there are none; editors drop a blank
-    // one at the end of the file.
+    // one at the end of the file, and exporters of known poses leave them all out.
+    if (IsImage(lines.Following())) continue;
     if (!lines.Next()) break;
     while (!lines.AtEndOfLine()) {
       ColmapObservation& observation = image.observations.emplace_back();
@@ -62,11 +79,13 @@ std::vector<ColmapImage> ReadImages(const std::filesystem::path& path) {
 
 std::vector<ColmapPoint> ReadPoints(const std::filesystem::path& path) {
   std::vector<ColmapPoint> points;
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) return points;
   TextLines lines(path);
   while (lines.NextElement()) {
     ColmapPoint& point = points.emplace_back();
     point.id = lines.Number<std::uint64_t>("POINT3D_ID");
-    point.position = lines.Vector3("X", "Y", "Z");
+    point.position = lines.Point("X", "Y", "Z");
     for (const char* channel : {"R", "G", "B"}) lines.Number<std::uint8_t>(channel);
     lines.Word("ERROR");
     while (!lines.AtEndOfLine()) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cctype>
+#include <cmath>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -84,6 +85,14 @@ std::vector<fs::path> DtuFiles(const fs::path& path) {
   return files;
 }
 
+// MVSNet's files for DTU have the K of the data set's rectified photographs, all of them the same.
+bool IsOfDtu(const Camera& camera) {
+  constexpr double kTolerance = 0.1;  // pixels
+  return camera.width == 1600 && camera.height == 1200 &&
+         std::abs(camera.fx - 2892.33) < kTolerance && std::abs(camera.fy - 2883.18) < kTolerance &&
+         std::abs(camera.cx - 823.205) < kTolerance && std::abs(camera.cy - 619.071) < kTolerance;
+}
+
 fs::path MvsNetFolder(const fs::path& path) {
   for (const fs::path& folder : {path, path / "cams"}) {
     if (!FilesEndingIn(folder, kMvsNetEnding).empty()) return folder;
@@ -155,10 +164,20 @@ PosedScene ReadMvsNet(const fs::path& path, const fs::path& images) {
     photographs.push_back(view.image_path);
   }
   const std::vector<cv::Size> sizes = PhotographSizes(photographs);
+  bool of_dtu = !sizes.empty();
   for (size_t i = 0; i < sizes.size(); ++i) {
     posed.images[i].camera.width = sizes[i].width;
     posed.images[i].camera.height = sizes[i].height;
+    of_dtu = of_dtu && IsOfDtu(posed.images[i].camera);
   }
+  if (!of_dtu) return posed;
+  for (PosedImage& image : posed.images) {
+    image.camera.cx += 0.5;
+    image.camera.cy += 0.5;
+  }
+  posed.notes.push_back(
+      "these cameras are DTU's, whose pixel centres are at whole numbers: half a pixel is added to "
+      "principal points, as for pos_NNN.txt");
   return posed;
 }
 

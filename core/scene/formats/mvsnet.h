@@ -7,7 +7,8 @@
 //
 // MVSNet is a folder with the files, or whose cams/ has them. A file has "extrinsic", the 4x4 matrix
 // [R t; 0 1], "intrinsic", K, and a line with depths, which is ignored; x = K (R X + t). The first
-// pixel's centre is at 0.5, as in burin. The photograph of NNNNNNNN is NNNNNNNN.jpg or .png.
+// pixel's centre is at 0.5, as in burin, but for the files of DTU, whose numbers are those of pos_NNN.txt: there
+// it is at 0. The photograph of NNNNNNNN is NNNNNNNN.jpg or .png.
 //
 // Photographs have no distortion. They are in `images`, or beside the files, or in images/ or
 // blended_images/ beside or above them. There are no points.

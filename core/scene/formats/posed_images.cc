@@ -8,17 +8,25 @@
 #include <functional>
 #include <numeric>
 #include <opencv2/imgcodecs.hpp>
+#include <optional>
 #include <set>
 #include <system_error>
 #include <utility>
 
 #include "core/image/gray_image.h"
+#include "core/image/image_size.h"
+#include "core/image/mask_image.h"
+#include "core/scene/formats/black_borders.h"
 #include "core/scene/formats/camera_checks.h"
+#include "core/scene/formats/mask_files.h"
+#include "core/scene/formats/photograph_checks.h"
 #include "core/scene/lens_points.h"
 #include "core/support/atomic_file.h"
 #include "core/support/error.h"
 #include "core/support/file_bytes.h"
+#include "core/support/fixed_text.h"
 #include "core/support/parallel.h"
+#include "core/support/spelling.h"
 
 namespace burin {
 namespace {
@@ -59,7 +67,11 @@ void CheckSize(const fs::path& path, const cv::Mat& image, const PosedImage& pos
   const Camera& camera = posed.camera;
   if (image.cols == camera.width && image.rows == camera.height) return;
   throw InputError(path, "image size: is " + SizeText(image.cols, image.rows) + " but " +
-                             posed.camera_name + " is " + SizeText(camera.width, camera.height));
+                             posed.camera_name + " is " + SizeText(camera.width, camera.height) +
+                             (image.cols == camera.height && image.rows == camera.width
+                                  ? " (turned by its EXIF orientation? burin reads pixels as they "
+                                    "are stored, as COLMAP does)"
+                                  : ""));
 }
 
 cv::Mat ReadSized(const fs::path& path, const PosedImage& posed) {
@@ -77,7 +89,10 @@ cv::Mat ReadViewImage(const PosedImage& posed) {
 // Empty when all pixels are to be used.
 cv::Mat ReadViewMask(const fs::path& path, const PosedImage& posed, const fs::path& file) {
   cv::Mat used;
-  if (!path.empty()) used = ReadSized(path, posed) != 0;
+  if (!path.empty()) {
+    used = ReadUsedPixels(path);
+    CheckSize(path, used, posed);
+  }
   if (posed.lens.IsNone()) return used;
   if (!used.empty()) used = Undistort(used, posed.camera, posed.lens) == 255;
   const cv::Mat photographed = PhotographedPixels(posed.camera, posed.lens);
@@ -98,7 +113,8 @@ cv::Mat ReadViewMask(const fs::path& path, const PosedImage& posed, const fs::pa
 void ReadViewObject(const fs::path& path, const PosedImage& posed, View* view) {
   if (path.empty()) return;
   view->photographed = cv::Mat();
-  const cv::Mat mask = ReadSized(path, posed);
+  const cv::Mat mask = ReadMask(path);
+  CheckSize(path, mask, posed);
   double largest = 0;
   cv::minMaxLoc(mask, nullptr, &largest);
   mask.convertTo(view->object, CV_8U, largest > 0 ? 255 / largest : 0);
@@ -108,13 +124,11 @@ void ReadViewObject(const fs::path& path, const PosedImage& posed, View* view) {
   view->object.setTo(0, view->photographed == 0);
 }
 
-fs::path MaskOf(const PosedImage& posed, const fs::path& masks) {
-  std::error_code error;
-  if (!masks.empty()) {
-    fs::path mask = masks / (posed.name + ".png");
-    if (fs::exists(mask, error)) return mask;
-  }
-  return posed.mask_path;
+// The mask that `files` (may be null) has, else the one that the scene names, else the photograph itself where it has alpha.
+fs::path MaskOf(const PosedImage& posed, size_t index, const MaskFiles* files) {
+  if (files != nullptr && !files->Of(index).empty()) return files->Of(index);
+  if (!posed.mask_path.empty()) return posed.mask_path;
+  return ReadAlpha(posed.image_path).empty() ? fs::path() : posed.image_path;
 }
 
 void WriteUndistorted(const PosedImage& posed, const fs::path& target) {
@@ -123,11 +137,22 @@ void WriteUndistorted(const PosedImage& posed, const fs::path& target) {
                                                             cv::IMREAD_IGNORE_ORIENTATION);
   if (image.empty()) throw InputError(posed.image_path, "is not an image that can be read");
   CheckSize(posed.image_path, image, posed);
-  if (image.depth() == CV_16U) image.convertTo(image, CV_8U, 1 / 257.0);
+  const bool deep = image.depth() == CV_16U;
   std::vector<cv::Mat> channels;
   cv::split(image, channels);
-  for (cv::Mat& channel : channels) channel = Undistort(channel, posed.camera, posed.lens);
+  for (cv::Mat& channel : channels) {
+    if (deep) channel.convertTo(channel, CV_32F);
+    channel = Undistort(channel, posed.camera, posed.lens);
+  }
   cv::merge(channels, image);
+  if (deep) {
+    // PNG keeps the levels. JPEG has 8 bits: those that the photograph uses, from its highest on.
+    double largest = 0;
+    cv::minMaxLoc(image.reshape(1), nullptr, &largest);
+    const int bits = std::max(8, std::ilogb(std::max(largest, 1.0)) + 1);
+    const bool png = extension == ".png";
+    image.convertTo(image, png ? CV_16U : CV_8U, png ? 1 : std::ldexp(1.0, 8 - bits));
+  }
   std::vector<unsigned char> bytes;
   if (!cv::imencode(extension, image, bytes, {cv::IMWRITE_JPEG_QUALITY, 95})) {
     throw InputError(target, "cannot be encoded");
@@ -139,10 +164,12 @@ void WriteUndistorted(const PosedImage& posed, const fs::path& target) {
 void AddPoints(const PosedScene& posed, const std::vector<int>& view_of_image, Scene* scene) {
   std::vector<PointUndistortion> undistortion;
   for (const View& view : scene->views) undistortion.emplace_back(view.camera, view.origin.lens);
+  int bad = 0;
   for (size_t p = 0; p < posed.points.size(); ++p) {
     const ScenePoint& point = posed.points[p];
-    if (!(point.position.cwiseAbs().maxCoeff() < kMostCoordinate)) {
-      throw InputError(posed.file, "a point has a coordinate that is not below 1e30");
+    if (!point.position.allFinite() || point.position.cwiseAbs().maxCoeff() >= kMostCoordinate) {
+      ++bad;
+      continue;
     }
     std::set<int> views;
     for (const int image : point.views) views.insert(view_of_image[image]);
@@ -159,19 +186,23 @@ void AddPoints(const PosedScene& posed, const std::vector<int>& view_of_image, S
       scene->tracks.Add(measurement);
     }
   }
+  if (bad > 0) {
+    scene->notes.push_back(std::to_string(bad) +
+                           " sparse points left out: a coordinate is not a number below 1e30");
+  }
 }
 
 }  // namespace
 
 Scene MakeScene(const PosedScene& posed, bool with_images, const fs::path& masks,
                 MaskMeaning meaning) {
-  if (!masks.empty()) RequireFolder(masks);
   if (with_images && !posed.images_folder.empty()) RequireFolder(posed.images_folder);
   std::vector<size_t> order(posed.images.size());
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(),
             [&](size_t a, size_t b) { return posed.images[a].name < posed.images[b].name; });
   Scene scene;
+  scene.notes = posed.notes;
   std::vector<int> view_of_image(order.size());
   for (const size_t k : order) {
     const PosedImage& image = posed.images[k];
@@ -193,25 +224,31 @@ Scene MakeScene(const PosedScene& posed, bool with_images, const fs::path& masks
   for (View& view : scene.views) view.camera = Rounded(view.camera);
   CheckCentresDiffer(scene.views, posed.file);
   if (with_images) {
+    RequirePhotographs(posed);
+    std::optional<MaskFiles> files;
+    if (!masks.empty()) {
+      files.emplace(masks, posed.images);
+      const std::string note = files->Note(posed.images);
+      if (!note.empty()) scene.notes.push_back(note);
+    }
     ForEachInParallel(order.size(), [&](size_t i) {
       View& view = scene.views[i];
       const PosedImage& image = posed.images[order[i]];
       view.gray = ReadViewImage(image);
-      view.mask_path = MaskOf(image, masks);
+      view.mask_path = MaskOf(image, order[i], files ? &*files : nullptr);
       view.mask = ReadViewMask(view.mask_path, image, posed.file);
       if (meaning == MaskMeaning::kObject) ReadViewObject(view.mask_path, image, &view);
     });
-    const bool any_mask =
-        std::any_of(posed.images.begin(), posed.images.end(),
-                    [&](const PosedImage& i) { return !MaskOf(i, masks).empty(); });
-    if (!masks.empty() && !any_mask) {
-      throw InputError(masks, "no image has a mask; that of " + scene.views[0].name +
-                                  " would be called " + scene.views[0].name + ".png");
-    }
+    const bool any_mask = std::any_of(scene.views.begin(), scene.views.end(),
+                                      [](const View& view) { return !view.mask_path.empty(); });
     if (meaning == MaskMeaning::kObject && !any_mask) {
       throw InputError("masks.meaning = object: no image of " + posed.file.string() +
                        " has a mask; --masks DIR says where they are");
     }
+  }
+  if (with_images) {
+    MaskBlackBorders(&scene);
+    NoteMasks(&scene);
   }
   AddPoints(posed, view_of_image, &scene);
   return scene;
@@ -226,7 +263,8 @@ void ReadPixels(const std::vector<View*>& views) {
     image.camera = view.camera;
     image.lens = view.origin.lens;
     view.gray = ReadViewImage(image);
-    view.mask = ReadViewMask(view.mask_path, image, view.image_path);
+    // Without a lens it stays what it was, with what MakeScene found out about the photographs together.
+    if (!image.lens.IsNone()) view.mask = ReadViewMask(view.mask_path, image, view.image_path);
     if (!view.object.empty()) ReadViewObject(view.mask_path, image, &view);
   });
 }
@@ -281,7 +319,7 @@ void WritePhotographs(const PosedScene& posed, const fs::path& folder) {
 
 std::vector<cv::Size> PhotographSizes(const std::vector<fs::path>& paths) {
   std::vector<cv::Size> sizes(paths.size());
-  ForEachInParallel(paths.size(), [&](size_t i) { sizes[i] = ReadGrayImage(paths[i]).size(); });
+  ForEachInParallel(paths.size(), [&](size_t i) { sizes[i] = ImageSize(paths[i]); });
   return sizes;
 }
 
@@ -290,7 +328,8 @@ fs::path FindPhotograph(const std::string& name, const std::vector<fs::path>& fo
   for (const fs::path& named : folders) {
     const fs::path folder = named.empty() ? "." : named;
     std::error_code error;
-    if (fs::is_regular_file(folder / name, error)) return folder / name;
+    const fs::path path = AsSpelled(folder / name);
+    if (fs::is_regular_file(path, error)) return path;
     looked_in += (looked_in.empty() ? "" : ", ") + folder.string();
   }
   throw InputError("photograph " + name + ": is in none of " + looked_in +

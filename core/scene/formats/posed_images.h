@@ -34,12 +34,14 @@ struct PosedScene {
   // Of every point, or empty; views index `images`, and image points are of the photographs, through the
   // lens.
   Tracks tracks;
+  std::vector<std::string> notes;  // as in Scene
 };
 
 // Views in ascending order of name; points seen by fewer than two views are dropped. Photographs are
 // read and undistorted `with_images`, else View::gray stays empty; pixels that the lens takes from outside
-// the photograph are zero in View::mask. `masks` is a folder of masks NAME.png for photograph NAME, which
-// takes precedence over mask_path. Throws InputError for what is wrong with cameras
+// the photograph are zero in View::mask. `masks` is a folder of masks (core/scene/formats/mask_files.h), which
+// takes precedence over mask_path, and that over the photograph's own alpha; black borders that an undistortion
+// has left are masked too (core/scene/formats/black_borders.h). Throws InputError for what is wrong with cameras
 // (core/scene/formats/camera_checks.h), lenses that leave less than half of the picture, photographs or masks,
 // and for a `masks` folder without any.
 // With masks that mean the object there must be one, and View::object is theirs.
@@ -57,7 +59,7 @@ void CheckPhotographTargets(const PosedScene& posed, const std::filesystem::path
 
 // `posed` is one whose photographs MakeScene has read, so that nothing broken is passed on.
 // Copies the photographs to folder/NAME, but for those that are there already; those with a lens are
-// undistorted, in colour, with 8 bits.
+// undistorted, in colour, with the bits they have as PNG and with 8 as JPEG.
 void WritePhotographs(const PosedScene& posed, const std::filesystem::path& folder);
 
 [[noreturn]] void ThrowExists(const std::filesystem::path& file);
