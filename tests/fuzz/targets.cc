@@ -149,6 +149,7 @@ void SceneAs(const std::string& name, const std::string& bytes) {
 void Mvs(const std::string& bytes) { SceneAs("scene.mvs", bytes); }
 void Nvm(const std::string& bytes) { SceneAs("scene.nvm", bytes); }
 void OpenMvg(const std::string& bytes) { SceneAs("sfm_data.json", bytes); }
+void Transforms(const std::string& bytes) { SceneAs("transforms.json", bytes); }
 void Middlebury(const std::string& bytes) { SceneAs("tiny_par.txt", bytes); }
 
 void Bundler(const std::string& bytes) {
@@ -236,6 +237,7 @@ const std::vector<Target>& Targets() {
                                               {"mvs", Mvs},
                                               {"nvm", Nvm},
                                               {"openmvg", OpenMvg},
+                                              {"transforms", Transforms},
                                               {"middlebury", Middlebury},
                                               {"bundler", Bundler},
                                               {"strecha", Strecha},

@@ -70,6 +70,16 @@ def openmvg(given, folder):
     (folder / "sfm_data.json").write_text(json.dumps(root))
 
 
+def transforms(given, folder):
+    given.copy_photographs(folder / "FOLDER/images")
+    root = {"w": given.size[0], "h": given.size[1], "camera_model": "OPENCV", "frames": []}
+    for name, k, _, r, _, c in given:
+        pose = numpy.r_[numpy.c_[r.T @ numpy.diag([1.0, -1.0, -1.0]), c], [[0, 0, 0, 1]]]
+        root["frames"].append({"file_path": f"images/{name}", "transform_matrix": pose.tolist(),
+                               "fl_x": k[0, 0], "fl_y": k[1, 1], "cx": k[0, 2], "cy": k[1, 2]})
+    (folder / "FOLDER/transforms.json").write_text(json.dumps(root))
+
+
 def nvm(given, folder):
     given.copy_photographs(folder)
     k = given.k_whole[0]

@@ -10,6 +10,7 @@
 #include "core/scene/formats/openmvg.h"
 #include "core/scene/formats/openmvs.h"
 #include "core/scene/formats/strecha.h"
+#include "core/scene/formats/transforms.h"
 #include "core/scene/formats/view_names.h"
 #include "core/scene/near_depth.h"
 #include "core/support/error.h"
@@ -30,6 +31,8 @@ struct Format {
 constexpr Format kFormats[] = {
     {"COLMAP", "a folder with sparse/, or a model", IsColmap, ReadColmap},
     {"OpenMVS", "NAME.mvs", IsOpenMvs, ReadOpenMvs},
+    {"Transforms", "NAME.json of nerfstudio, instant-ngp or Blender, or a folder with one",
+     IsTransforms, ReadTransforms},
     {"openMVG", "sfm_data.json", IsOpenMvg, ReadOpenMvg},
     {"NVM", "NAME.nvm", IsNvm, ReadNvm},
     {"Bundler", "NAME.out, or a folder with bundle.out", IsBundler, ReadBundler},
