@@ -7,6 +7,7 @@
 
 #include "core/support/error.h"
 #include "core/support/json_file.h"
+#include "core/support/spelling.h"
 
 namespace burin {
 namespace {
@@ -19,7 +20,7 @@ int ViewNamed(const nlohmann::json& entry, const char* key, const std::map<std::
     throw InputError(path, element + "." + key + ": must be the name of a view");
   }
   const std::string name = entry[key].get<std::string>();
-  const auto found = views.find(name);
+  const auto found = views.find(SpellingKey(name));
   if (found == views.end()) {
     throw InputError(path, element + "." + key + " = '" + name + "': the scene has no such view");
   }
@@ -60,7 +61,7 @@ std::vector<CameraPair> ReadPairFile(const std::filesystem::path& path, const Sc
   }
   std::map<std::string, int> views;
   for (size_t i = 0; i < scene.views.size(); ++i) {
-    views[scene.views[i].name] = static_cast<int>(i);
+    views[SpellingKey(scene.views[i].name)] = static_cast<int>(i);
   }
   std::vector<CameraPair> pairs;
   for (const nlohmann::json& entry : json["pairs"]) {
@@ -79,7 +80,7 @@ std::vector<CameraPair> ReadPairFile(const std::filesystem::path& path, const Sc
 nlohmann::ordered_json PairsJson(const Scene& scene, const PairSurvey& survey,
                                  const PairSelection& selection) {
   const PairsRecipe& recipe = selection.recipe;
-  const auto name = [&scene](int i) { return scene.views[i].name; };
+  const auto name = [&scene](int i) { return InUtf8(scene.views[i].name); };
   nlohmann::ordered_json json;
   json["format"] = kFormat;
   json["method"] = NameOf(recipe.method);

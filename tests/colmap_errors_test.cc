@@ -81,7 +81,9 @@ TEST_F(ColmapErrors, MissingFolders) {
 TEST_F(ColmapErrors, MissingModelFiles) {
   for (const char* file : {"cameras.txt", "images.txt", "points3D.txt"}) {
     fs::rename(Sparse(file), Sparse("away"));
-    EXPECT_EQ(LoadError(folder_.path()), Sparse(file).string() + ": file is missing");
+    const bool needed = std::string(file) != "points3D.txt";
+    EXPECT_EQ(LoadError(folder_.path()),
+              needed ? Sparse(file).string() + ": file is missing" : "no error");
     fs::create_directory(Sparse(file));
     EXPECT_EQ(LoadError(folder_.path()), Sparse(file).string() + ": is not a file");
     fs::remove(Sparse(file));
@@ -112,8 +114,6 @@ TEST_F(ColmapErrors, MalformedTextNamesLineAndField) {
             points + ": line 1: B: '256' is not an integer in range");
   EXPECT_EQ(ErrorWith("points3D.txt", "2 0\n", "2"),
             points + ": line 1: TRACK POINT2D_IDX: is missing");
-  EXPECT_EQ(ErrorWith("points3D.txt", "1 0 0 0", "1 0 nan 0"),
-            points + ": line 1: Y: 'nan' is not finite");
   EXPECT_EQ(ErrorWith("points3D.txt", "1 0 0 0", "1 0 1e999 0"),
             points + ": line 1: Y: '1e999' is not a number");
 }
@@ -160,7 +160,7 @@ TEST_F(ColmapErrors, NonFiniteNumbersInBinaryFiles) {
   EXPECT_THAT(error_with_nan("cameras.bin", camera + 16), HasSubstr("camera 1: principal point"));
   EXPECT_THAT(error_with_nan("images.bin", 12), HasSubstr("image 1: QW, QX, QY, QZ: length"));
   EXPECT_THAT(error_with_nan("images.bin", 12 + 32), HasSubstr("image 1: TX, TY, TZ: must be"));
-  EXPECT_THAT(error_with_nan("points3D.bin", 16), HasSubstr("point 1: X, Y, Z: not finite"));
+  EXPECT_EQ(error_with_nan("points3D.bin", 16), "no error");  // one point less
 }
 
 TEST_F(ColmapErrors, ImpossibleImages) {
@@ -181,22 +181,24 @@ TEST_F(ColmapErrors, ImpossibleImages) {
 
 TEST_F(ColmapErrors, ImpossiblePoints) {
   const std::string points = Sparse("points3D.txt").string();
-  EXPECT_EQ(ErrorWith("points3D.txt", "2 0\n", "5 0\n"),
-            points + ": point 1: TRACK: IMAGE_ID = 5: no such image in images.txt");
   EXPECT_EQ(ErrorWith("points3D.txt", "2 0\n", "2 0\n1 0 0 0 0 0 0 0\n"),
             points + ": point 1: POINT3D_ID appears twice");
 }
 
 TEST_F(ColmapErrors, BadImageFiles) {
   EXPECT_EQ(ErrorWith("images.txt", "view1.png", "none.png"),
-            Image("none.png").string() + ": file is missing");
+            Image("none.png").string() +
+                ": file is missing; --skip-views 'none.png' leaves its view out, --images DIR says "
+                "where photographs are");
   WriteBytes(Image("view1.png"), "no image");
   EXPECT_EQ(LoadError(folder_.path()), Image("view1.png").string() + ": image: cannot be decoded");
   WriteBytes(Image("view1.png"), "");
   EXPECT_EQ(LoadError(folder_.path()), Image("view1.png").string() + ": image: the file is empty");
   cv::imwrite(Image("view1.png").string(), cv::Mat(6, 4, CV_8UC1, cv::Scalar(1)));
-  EXPECT_EQ(LoadError(folder_.path()),
-            Image("view1.png").string() + ": image size: is 4 x 6 but camera 2 is 6 x 4");
+  EXPECT_THAT(LoadError(folder_.path()),
+              AllOf(StartsWith(Image("view1.png").string() +
+                               ": image size: is 4 x 6 but camera 2 is 6 x 4"),
+                    HasSubstr("EXIF")));
   // Of several the first by name is reported, whichever thread is faster.
   WriteBytes(Image("view0.png"), "no image");
   EXPECT_THAT(LoadError(folder_.path()), StartsWith(Image("view0.png").string()));

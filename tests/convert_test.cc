@@ -152,10 +152,10 @@ TEST_F(Convert, ChecksBeforeItWrites) {
              "images/view1.tif 5 1 0 0 0 1 0 0 0.1 0\n0\n");
   ExpectRefusedWithoutATrace({"convert", In("a/lens.nvm"), In("b")}, {"view1.tif"});
   fs::rename(In("a/images/view1.tif"), In("a/images/view1.png"));
-  std::string points = ReadFileBytes(In("a/sparse/points3D.txt"));
-  points.replace(points.find("\n1 0 0 0") + 3, 1, "1e308");
-  WriteBytes(In("a/sparse/points3D.txt"), points);
-  ExpectRefusedWithoutATrace({"convert", In("a"), In("b")}, {"not below 1e30"});
+  // A folder may have a dot in its name, but not the name of another kind of file.
+  ExpectRefusedWithoutATrace({"convert", In("a"), In("b.ply")}, {"is neither a folder (COLMAP)"});
+  EXPECT_EQ(Run({"convert", In("a"), In("scan.v2")}).exit_code, 0);
+  EXPECT_TRUE(fs::is_directory(In("scan.v2/images")));
 }
 
 }  // namespace

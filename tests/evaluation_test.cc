@@ -1,5 +1,6 @@
 #include "core/evaluate/evaluation.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -273,6 +274,26 @@ TEST(Evaluation, InputErrorsAreSaid) {
   const Evaluation evaluation = EvaluateMesh(Plane(0), MeshTruth(Plane(100)), options);
   EXPECT_EQ(evaluation.accuracy.matched, 0);
   EXPECT_EQ(evaluation.scores[0].f1, 0);
+  // Its errors are those of no points, not 0.
+  EXPECT_TRUE(std::isnan(evaluation.accuracy.rmse));
+  EXPECT_TRUE(nlohmann::json::parse(ToJson(evaluation).dump())["accuracy"]["mean"].is_null());
+  EXPECT_THAT(EvaluationReport(evaluation),
+              testing::ContainsRegex("accuracy .mesh to truth. +- +- +- "));
+}
+
+// Converters write zeros where a scan has no normals.
+TEST(Evaluation, NormalsOfNoLengthAreNone) {
+  Truth truth = CloudTruth(Plane(0), 2000, true);
+  const EvaluationOptions options = Options("0.05");
+  for (size_t k = 0; k < truth.cloud.normals.size(); k += 10) truth.cloud.normals[k].setZero();
+  const Evaluation some = EvaluateMesh(Plane(0.01), truth, options);
+  EXPECT_EQ(some.distance, DistanceKind::kPlane);
+  EXPECT_EQ(some.zero_normals, 200);
+  EXPECT_THAT(EvaluationReport(some), testing::HasSubstr("200 of the truth's 2000 are 0"));
+  for (Eigen::Vector3d& normal : truth.cloud.normals) normal.setZero();
+  const Evaluation none = EvaluateMesh(Plane(0.01), truth, options);
+  EXPECT_EQ(none.distance, DistanceKind::kPoint);
+  EXPECT_THAT(EvaluationReport(none), testing::HasSubstr("measured: point distance"));
 }
 
 TEST(Evaluation, ReportAndJsonSayTheSame) {

@@ -37,6 +37,16 @@ void RefuseExisting(const fs::path& file) {
   if (fs::exists(fs::symlink_status(file, error))) ThrowExists(file);
 }
 
+// Whether files of scenes and meshes end so: whoever names one wants no folder.
+bool IsNameOfAFile(const fs::path& extension) {
+  const std::string text = extension.string();
+  for (const char* known :
+       {".nvm", ".out", ".json", ".ply", ".obj", ".off", ".txt", ".bin", ".xml"}) {
+    if (text == known) return true;
+  }
+  return false;
+}
+
 fs::path MaskPath(const fs::path& folder, const View& view) {
   return folder / "masks" / (view.name + ".png");
 }
@@ -56,7 +66,8 @@ void ConvertCommand::Run() const {
   }
   if (target.filename() == ".mvs") throw InputError(target, "has no name before .mvs");
   const bool to_openmvs = target.extension() == ".mvs";
-  if (!to_openmvs && target.has_extension() && !fs::is_directory(target)) {
+  if (!to_openmvs && !fs::is_directory(target) &&
+      (fs::exists(target) || IsNameOfAFile(target.extension()))) {
     throw InputError(target, "is neither a folder (COLMAP) nor NAME.mvs (OpenMVS)");
   }
   if (to_openmvs && text_model) throw InputError("--text: is for COLMAP models only");

@@ -1,6 +1,7 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,25 @@
 
 namespace burin {
 namespace {
+
+std::string BoxText(const Eigen::AlignedBox3d& box) {
+  std::ostringstream text;
+  const Eigen::Vector3d size = box.sizes();
+  const Eigen::Vector3d middle = box.center();
+  text << size.x() << " x " << size.y() << " x " << size.z() << " around " << middle.x() << " "
+       << middle.y() << " " << middle.z();
+  return text.str();
+}
+
+std::string NothingMatched(const TriangleMesh& mesh, const Truth& truth, double max_distance) {
+  Eigen::AlignedBox3d box = BoundingBox(truth.mesh);
+  for (const Eigen::Vector3d& point : truth.cloud.points) box.extend(point);
+  std::ostringstream reach;
+  reach << max_distance;
+  return "nothing matched: no point of either side is within " + reach.str() +
+         " world units of the other; mesh " + BoxText(BoundingBox(mesh)) + ", truth " +
+         BoxText(box) + " (metres against millimetres, other axes, another frame?)";
+}
 
 struct EvaluateCommand {
   EvaluateOptions options;
@@ -72,7 +92,8 @@ struct EvaluateCommand {
   }
 
   void Score(const TriangleMesh& measured, const Truth& loaded, const Scene& views,
-             const DtuRegion& region, std::string* report, nlohmann::json* document) const {
+             const DtuRegion& region, std::string* report, nlohmann::json* document,
+             std::string* nothing) const {
     if (!depth.empty() && loaded.IsMesh() && !options.strecha.run) {
       throw InputError(truth, "must be a point cloud to split by --scene and --depth");
     }
@@ -89,6 +110,9 @@ struct EvaluateCommand {
     const TriangleMesh moved = Moved(measured, scores.truth_from_mesh);
     *report = EvaluationReport(scores);
     *document = ToJson(scores);
+    if (scores.accuracy.matched == 0 && scores.completeness.matched == 0) {
+      *nothing = NothingMatched(moved, loaded, scores.max_distance);
+    }
     if (options.dtu.run) {
       const DtuEvaluation dtu =
           EvaluateDtu(moved, loaded, options.dtu, region, unit, options.scores.seed);
@@ -110,11 +134,12 @@ struct EvaluateCommand {
     Scene views;
     if (!scene.empty()) views = LoadScene({scene, images, {}}, /*with_images=*/false);
     std::string report;
+    std::string nothing;  // why there is no score
     nlohmann::json document = nlohmann::json::object();
     Truth loaded;
     if (!truth.empty()) {
       loaded = ReadTruth(truth);
-      Score(measured, loaded, views, region, &report, &document);
+      Score(measured, loaded, views, region, &report, &document, &nothing);
     }
     if (!cameras.empty()) {
       const bool on_truth = !truth.empty() && loaded.IsMesh();
@@ -125,6 +150,7 @@ struct EvaluateCommand {
       document["cameras"] = ToJson(errors);
     }
     std::cout << (json ? JsonText(document) : report);
+    if (!nothing.empty()) throw InputError(nothing);
   }
 };
 

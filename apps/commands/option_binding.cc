@@ -108,6 +108,13 @@ std::vector<CLI::Option*> BindScene(SceneArguments* source, CLI::App* app, bool 
   options.push_back(app->add_option("--images", source->images,
                                     "folder of the photographs, where it is not the scene's own")
                         ->option_text("DIR"));
+  options.push_back(app->add_option("--views", source->filter.views,
+                                    "the views to be read, as names with * and ?, separated by "
+                                    "commas")
+                        ->option_text("PATTERNS"));
+  options.push_back(app->add_option("--skip-views", source->filter.skip,
+                                    "the views to be left out, in the same way")
+                        ->option_text("PATTERNS"));
   if (photographs) {
     options.push_back(
         app->add_option(

@@ -83,6 +83,9 @@ void WriteCheckpoint(const std::filesystem::path& path, const Checkpoint& checkp
                {"level_meshes", checkpoint.level_meshes},
                {"pairs", checkpoint.pairs},
                {"events", checkpoint.events}};
+  const ViewFilter& filter = checkpoint.source.filter;
+  if (!filter.views.empty()) body["views"] = filter.views;
+  if (!filter.skip.empty()) body["skip_views"] = filter.skip;
   if (!checkpoint.left_out.empty()) body["left_out"] = checkpoint.left_out;
   if (!checkpoint.verdict.empty()) body["verdict"] = checkpoint.verdict;
   if (!checkpoint.cameras.empty()) body["cameras"] = checkpoint.cameras;
@@ -111,6 +114,7 @@ Checkpoint ReadCheckpoint(const std::filesystem::path& path) {
     body.at("images").get_to(checkpoint.source.images);
     body.at("mesh").get_to(checkpoint.mesh_path);
     body.at("masks").get_to(checkpoint.source.masks);
+    checkpoint.source.filter = {body.value("views", ""), body.value("skip_views", "")};
     body.at("config").get_to(checkpoint.config);
     body.at("inputs").get_to(checkpoint.inputs);
     body.at("instruction_set").get_to(checkpoint.instruction_set);

@@ -13,11 +13,13 @@ std::string AbsoluteOrEmpty(const std::string& path) {
 
 std::string SceneArguments::Text() const {
   return scene + (images.empty() ? "" : " --images " + images) +
-         (masks.empty() ? "" : " --masks " + masks);
+         (masks.empty() ? "" : " --masks " + masks) +
+         (filter.views.empty() ? "" : " --views " + filter.views) +
+         (filter.skip.empty() ? "" : " --skip-views " + filter.skip);
 }
 
 SceneArguments SceneArguments::Absolute() const {
-  return {AbsoluteOrEmpty(scene), AbsoluteOrEmpty(images), AbsoluteOrEmpty(masks)};
+  return {AbsoluteOrEmpty(scene), AbsoluteOrEmpty(images), AbsoluteOrEmpty(masks), filter};
 }
 
 }  // namespace burin

@@ -12,11 +12,12 @@ struct SceneArguments {
   std::string scene;
   std::string images;
   std::string masks;
+  ViewFilter filter = {};
 
   SceneSource Source(MaskMeaning masks_mean = MaskMeaning::kIgnore) const {
-    return {scene, images, masks, masks_mean};
+    return {scene, images, masks, masks_mean, filter};
   }
-  // As on a command line: "SCENE --images DIR --masks DIR".
+  // As on a command line: "SCENE --images DIR --masks DIR --views PATTERNS --skip-views PATTERNS".
   std::string Text() const;
   // With paths that hold from any folder.
   SceneArguments Absolute() const;

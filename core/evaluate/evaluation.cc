@@ -208,6 +208,11 @@ Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
   evaluation.unit = options.unit;
   evaluation.max_distance = protocol.max_distance;
   evaluation.align = options.align;
+  if (truth.HasNormals() && !truth.IsMesh()) {
+    evaluation.zero_normals =
+        std::count_if(truth.cloud.normals.begin(), truth.cloud.normals.end(),
+                      [](const Eigen::Vector3d& normal) { return normal.isZero(0); });
+  }
 
   const auto seed = static_cast<std::uint64_t>(options.seed);
   const SurfaceSamples samples = SamplesOf(mesh, options.sample_count, seed, "mesh");

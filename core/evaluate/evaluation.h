@@ -104,8 +104,9 @@ struct Evaluation {
   bool truth_is_mesh = false;
   DistanceKind distance = DistanceKind::kPoint;  // as scored, not kAuto
   UnmatchedSamples unmatched = UnmatchedSamples::kCount;
-  double unit = 1;          // for the report, world units
-  double max_distance = 0;  // that the statistics below are within, world units
+  std::int64_t zero_normals = 0;  // of a truth with others: to those points the distance is |a - b|
+  double unit = 1;                // for the report, world units
+  double max_distance = 0;        // that the statistics below are within, world units
   DistanceStatistics accuracy;
   DistanceStatistics completeness;
   std::vector<ThresholdScore> scores;  // one per tau, ascending
@@ -131,7 +132,7 @@ struct Evaluation {
 
 // The protocol above. Throws InputError when the mesh or the truth has nothing to measure, the
 // options do not fit together (plane without normals), or the alignment finds no counterparts.
-// `flags`, one per point of a truth cloud (or empty), splits the completeness in two.
+// Statistics of nothing are NaN. `flags`, one per point of a truth cloud (or empty), splits the completeness in two.
 Evaluation EvaluateMesh(const TriangleMesh& mesh, const Truth& truth,
                         const EvaluationOptions& options = {}, const std::vector<char>& flags = {});
 

@@ -21,6 +21,10 @@ __attribute__((format(printf, 1, 2))) std::string Format(const char* format, ...
 // the points that is within it.
 std::string StatisticsLine(const char* name, const DistanceStatistics& statistics, double reach,
                            double unit) {
+  if (statistics.matched == 0) {
+    return Format("%-30s %10s %10s %10s %10.4g %9.2f %12lld\n", name, "-", "-", "-", reach / unit,
+                  0.0, static_cast<long long>(statistics.count));
+  }
   return Format("%-30s %10.4g %10.4g %10.4g %10.4g %9.2f %12lld\n", name, statistics.median / unit,
                 statistics.mean / unit, statistics.rmse / unit, reach / unit,
                 100 * statistics.MatchedShare(), static_cast<long long>(statistics.count));
@@ -78,6 +82,13 @@ std::string EvaluationReport(const Evaluation& evaluation) {
              NameOf(evaluation.distance).c_str(),
              evaluation.truth_is_mesh ? "surface point" : "truth point or surface point",
              evaluation.max_distance / unit);
+  if (evaluation.zero_normals > 0) {
+    report += Format(
+        "normals: %lld of the truth's %lld are 0; to those points the point distance is "
+        "measured\n",
+        static_cast<long long>(evaluation.zero_normals),
+        static_cast<long long>(evaluation.completeness.count));
+  }
   const Similarity& motion = evaluation.truth_from_mesh;
   report += "alignment: " + NameOf(evaluation.align);
   if (evaluation.align != AlignmentKind::kNone) {
@@ -303,6 +314,7 @@ nlohmann::json ToJson(const Evaluation& evaluation) {
           {"truth", evaluation.truth_is_mesh ? "mesh" : "cloud"},
           {"distance", NameOf(evaluation.distance)},
           {"unmatched", NameOf(evaluation.unmatched)},
+          {"zero_normals", evaluation.zero_normals},
           {"unit", evaluation.unit},
           {"max_distance", evaluation.max_distance},
           {"alignment", alignment},

@@ -1,6 +1,7 @@
 // Ground truth: a surface, or points of one.
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 
 #include "core/mesh/mesh.h"
@@ -13,8 +14,11 @@ struct Truth {
   TriangleMesh mesh;
   PointCloud cloud;
   bool IsMesh() const { return !mesh.faces.empty(); }
-  // Whether distances to planes can be measured.
-  bool HasNormals() const { return IsMesh() || !cloud.normals.empty(); }
+  // Whether distances to planes can be measured. Converters of clouds without normals write zeros.
+  bool HasNormals() const {
+    return IsMesh() || std::any_of(cloud.normals.begin(), cloud.normals.end(),
+                                   [](const Eigen::Vector3d& normal) { return !normal.isZero(0); });
+  }
 };
 
 // Reads a truth file: a mesh in any format of core/mesh/mesh_io.h, or a PLY without faces as a cloud.

@@ -203,6 +203,7 @@ std::string MeshReport::Brief() const {
       {polygon_count, "polygons split"},
       {degenerate_face_count, "degenerate faces"},
       {duplicate_face_count, "duplicate faces"},
+      {welded_vertex_count, "vertices welded"},
       {duplicate_vertex_count, "duplicate vertices"},
       {unreferenced_vertex_count, "unreferenced vertices"},
       {nonmanifold_edge_count, "non-manifold edges"},

@@ -12,11 +12,13 @@ namespace burin {
 struct MeshReport {
   int vertex_count = 0;
   int face_count = 0;     // triangles, after the repairs below
-  int polygon_count = 0;  // faces with more than three vertices, split into fans
+  int polygon_count = 0;  // faces with more than three vertices, cut into triangles
   int degenerate_face_count =
-      0;                         // that repeat a vertex index or have zero area; reading drops them
-  int duplicate_face_count = 0;  // faces beyond the first on the same three vertices
+      0;  // that repeat a vertex index or have zero area; reading drops them
+  int duplicate_face_count =
+      0;  // faces beyond the first on the same three vertices; reading drops them
   int duplicate_vertex_count = 0;  // vertices beyond the first at the same position
+  int welded_vertex_count = 0;     // joined with another at the same position (core/mesh/weld.h)
   int unreferenced_vertex_count = 0;
   int boundary_edge_count = 0;      // edges of one face
   int nonmanifold_edge_count = 0;   // edges of more than two faces
@@ -29,7 +31,7 @@ struct MeshReport {
   std::string Brief() const;
 };
 
-// Counts everything but polygon_count and reoriented_face_count, which are zero. Indices must be in
+// Counts everything but polygon_count, welded_vertex_count and reoriented_face_count, which are zero. Indices must be in
 // range. A face has zero area when its height is below 1e-12 of its longest edge.
 MeshReport CheckMesh(const TriangleMesh& mesh);
 

@@ -14,6 +14,8 @@
 
 #include "core/mesh/mesh_scan.h"
 #include "core/mesh/openmesh_silence.h"
+#include "core/mesh/polygon_cut.h"
+#include "core/mesh/weld.h"
 #include "core/support/atomic_file.h"
 #include "core/support/error.h"
 
@@ -236,11 +238,19 @@ TriangleMesh ReadMesh(const std::filesystem::path& path, MeshReport* report) {
     }
     polygon_count += corner_count > 3;
     dropped_count += corner_count < 3;
-    for (int c = 2; c < corner_count; ++c) {
-      mesh.faces.emplace_back(corner[0], corner[c - 1], corner[c]);
+    if (corner_count == 3) {
+      mesh.faces.emplace_back(corner[0], corner[1], corner[2]);
+    } else if (corner_count > 3) {
+      std::vector<Eigen::Vector3d> corners;
+      for (int c = 0; c < corner_count; ++c) corners.push_back(mesh.vertices[corner[c]]);
+      for (const Eigen::Vector3i& cut : CutPolygon(corners)) {
+        mesh.faces.emplace_back(corner[cut[0]], corner[cut[1]], corner[cut[2]]);
+      }
     }
   }
   dropped_count += DropDegenerateFaces(&mesh);
+  const int duplicate_count = DropDuplicateFaces(&mesh);
+  const int welded_count = WeldSeams(&mesh);
   if (mesh.faces.empty()) {
     throw InputError(path, "faces: every one of the " + std::to_string(dropped_count) +
                                " repeats a vertex or has no area");
@@ -250,6 +260,8 @@ TriangleMesh ReadMesh(const std::filesystem::path& path, MeshReport* report) {
     *report = CheckMesh(mesh);
     report->polygon_count = polygon_count;
     report->degenerate_face_count += dropped_count;
+    report->duplicate_face_count = duplicate_count;
+    report->welded_vertex_count = welded_count;
     report->reoriented_face_count = reoriented_count;
   }
   return mesh;

@@ -13,8 +13,9 @@ namespace burin {
 
 // Reads through OpenMesh into plain arrays, so that no face is lost to a half-edge structure that
 // cannot hold it (non-manifold edges, flipped neighbours); coordinates keep double precision.
-// Polygons become fans around their first vertex; faces that repeat a vertex index are dropped;
-// neighbours that disagree are turned (OrientConsistently). *report (may be null) counts it all.
+// Polygons are cut into triangles (core/mesh/polygon_cut.h); faces that repeat a vertex index or an earlier
+// face are dropped; seams are welded (core/mesh/weld.h); neighbours that disagree are turned
+// (OrientConsistently). *report (may be null) counts it all.
 //
 // Throws InputError "path: element: reason" for a file that is missing, empty, truncated or of
 // another format; for no vertices or no faces; for coordinates that are not finite; for vertex

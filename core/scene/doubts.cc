@@ -42,7 +42,7 @@ std::string Aspect(const Camera& camera) {
 }  // namespace
 
 std::vector<std::string> DoubtsAbout(const Scene& scene) {
-  std::vector<std::string> lines;
+  std::vector<std::string> lines = scene.notes;
   for (const Doubt& doubt : {Doubt(PrincipalPoint), Doubt(Aspect)}) {
     std::string first;
     const View* named = nullptr;

@@ -9,7 +9,7 @@
 
 namespace burin {
 
-// Principal points farther than .1 of a side from its middle (cropped pictures have such; K of a picture of
+// Scene::notes. Principal points farther than .1 of a side from its middle (cropped pictures have such; K of a picture of
 // another size, or none, too), and fx / fy outside [.8, 1.25]: the first view by name, and how many more. Sparse
 // points that do not reproject (core/scene/track_errors.h): the worst views by name, with their px.
 std::vector<std::string> DoubtsAbout(const Scene& scene);

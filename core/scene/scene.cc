@@ -30,6 +30,7 @@ Scene WithCameras(const Scene& scene, const std::vector<Camera>& cameras) {
 
 Scene WithoutViews(const Scene& scene, const std::vector<int>& index) {
   Scene without;
+  without.notes = scene.notes;
   for (size_t v = 0; v < scene.views.size(); ++v) {
     if (index[v] >= 0) without.views.push_back(scene.views[v]);
   }

@@ -58,6 +58,8 @@ struct Scene {
   // lens cannot have taken from anywhere is left out, while the point keeps its view. Empty, or a track a
   // point. Views that formats without measurements give are in ScenePoint::views only.
   Tracks tracks;
+  // What its reader did that the user may not expect (views left out, cameras scaled, ...), a line each.
+  std::vector<std::string> notes;
 };
 
 std::vector<Camera> CamerasOf(const Scene& scene);

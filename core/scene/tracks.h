@@ -45,6 +45,13 @@ class Tracks {
     for (Measurement& measured : measurements_) measured.image_point += offset[measured.view];
   }
 
+  // Scales all by what their view has in `factor`.
+  void Scale(const std::vector<Eigen::Vector2d>& factor) {
+    for (Measurement& measured : measurements_) {
+      measured.image_point = measured.image_point.cwiseProduct(factor[measured.view]);
+    }
+  }
+
   std::size_t PointCount() const { return begin_.size(); }
   std::size_t Count() const { return measurements_.size(); }
   bool IsEmpty() const { return measurements_.empty(); }

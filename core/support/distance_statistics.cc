@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace burin {
 
@@ -19,7 +20,11 @@ DistanceStatistics StatisticsOf(const std::vector<double>& distances) {
     squares += distance * distance;
   }
   statistics.matched = static_cast<std::int64_t>(matched.size());
-  if (matched.empty()) return statistics;
+  if (matched.empty()) {
+    statistics.mean = statistics.median = statistics.rmse =
+        std::numeric_limits<double>::quiet_NaN();
+    return statistics;
+  }
   statistics.mean = sum / static_cast<double>(matched.size());
   statistics.rmse = std::sqrt(squares / static_cast<double>(matched.size()));
   const auto middle = matched.begin() + (matched.size() - 1) / 2;

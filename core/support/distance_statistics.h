@@ -9,7 +9,7 @@ namespace burin {
 // Of distances, world units.
 struct DistanceStatistics {
   std::int64_t count = 0;    // points asked
-  std::int64_t matched = 0;  // those with a match in reach; the rest is over these, 0 without any
+  std::int64_t matched = 0;  // those with a match in reach; the rest is over these, NaN without any
   double mean = 0;
   double median = 0;  // the lower of the two middle ones when their number is even
   double rmse = 0;

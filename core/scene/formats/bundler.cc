@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/scene/formats/camera_checks.h"
+#include "core/scene/formats/folder_files.h"
 #include "core/scene/formats/text_lines.h"
 #include "core/scene/formats/view_names.h"
 #include "core/support/error.h"
@@ -17,6 +18,8 @@ namespace burin {
 namespace {
 
 namespace fs = std::filesystem;
+
+const std::string kBundleEnding = ".bundle.out";
 
 fs::path BundleFile(const fs::path& path) {
   std::error_code error;
@@ -29,11 +32,22 @@ fs::path BundleFile(const fs::path& path) {
 
 fs::path ListFile(const fs::path& bundle) {
   const fs::path folder = bundle.parent_path();
-  for (const fs::path& list : {folder / "list.txt", folder / ".." / "list.txt"}) {
+  const std::string name = bundle.filename().string();
+  // NAME.bundle.out has NAME.list.txt, NAME.out has NAME.out.list.txt (COLMAP), or list.txt (Bundler).
+  std::vector<fs::path> lists = {folder / (name + ".list.txt")};
+  if (EndsIn(name, kBundleEnding)) {
+    lists.push_back(folder / (name.substr(0, name.size() - kBundleEnding.size()) + ".list.txt"));
+  }
+  lists.push_back(folder / "list.txt");
+  lists.push_back(folder / ".." / "list.txt");
+  std::string looked;
+  for (const fs::path& list : lists) {
     std::error_code error;
     if (fs::is_regular_file(list, error)) return list;
+    looked += (looked.empty() ? "" : ", ") + list.string();
   }
-  throw InputError(folder / "list.txt", "file is missing: it has the names of the photographs");
+  throw InputError(bundle, "the list with the names of the photographs is missing: none of " +
+                               looked + " is there");
 }
 
 // A line of list.txt is NAME or NAME 0 FOCAL; names may have blanks.

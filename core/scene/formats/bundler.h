@@ -1,5 +1,6 @@
-// Bundler's output: NAME.out, or a folder with bundle.out or bundle/bundle.out. list.txt, beside it or
-// above, names one photograph per line.
+// Bundler's output: NAME.out, or a folder with bundle.out or bundle/bundle.out. NAME.out.list.txt or, for
+// X.bundle.out, X.list.txt beside it (COLMAP writes these), or list.txt, beside it or above, names one
+// photograph per line.
 //
 // The file has "# Bundle file v0.3", the numbers of cameras and points, the cameras and the points. A
 // camera is f k1 k2, R (3 rows), t. A point is its position, its colour, and the cameras that see it.

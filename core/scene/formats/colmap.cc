@@ -53,7 +53,7 @@ fs::path ImagesOf(const fs::path& path) {
   return path / "images";
 }
 
-// The first complete model; else the files of the first incomplete one, for the error of the reader
+// The first complete model; else the first that lacks its points; else the files of the first incomplete one, for the error of the reader
 // to name what is missing.
 ColmapFiles FindModel(const fs::path& workspace) {
   if (!HasSparse(workspace) && IsModel(workspace)) {
@@ -64,16 +64,18 @@ ColmapFiles FindModel(const fs::path& workspace) {
   const fs::path sparse = workspace / "sparse";
   RequireFolder(sparse);
   const ColmapFiles* incomplete = nullptr;
+  const ColmapFiles* without_points = nullptr;
   const std::array<ColmapFiles, 4> candidates = CandidatesIn(workspace);
   for (const ColmapFiles& files : candidates) {
-    int existing = 0;
-    for (const fs::path* file : {&files.cameras, &files.images, &files.points}) {
-      std::error_code error;
-      if (fs::exists(*file, error)) ++existing;
-    }
-    if (existing == 3) return files;
-    if (existing > 0 && incomplete == nullptr) incomplete = &files;
+    std::error_code error;
+    const bool cameras = fs::exists(files.cameras, error);
+    const bool images = fs::exists(files.images, error);
+    const bool points = fs::exists(files.points, error);
+    if (cameras && images && points) return files;
+    if (cameras && images && without_points == nullptr) without_points = &files;
+    if ((cameras || images || points) && incomplete == nullptr) incomplete = &files;
   }
+  if (without_points != nullptr) return *without_points;
   if (incomplete == nullptr) {
     throw InputError(sparse,
                      "no model: cameras, images and points3D (.bin or .txt) are neither here nor "
@@ -116,19 +118,35 @@ const ColmapObservation* ObservationOf(const ColmapImage& image, std::uint32_t i
 // observations in the images, or with such as have nothing to do with them.
 void AddPoints(const ColmapModel& model, const std::map<std::uint32_t, int>& index_of_image,
                PosedScene* posed) {
+  int absent = 0;
+  std::string first;
   for (const ColmapPoint& point : model.points) {
     ScenePoint& scene_point = posed->points.emplace_back();
     scene_point.position = point.position;
     scene_point.id = point.id;
     posed->tracks.BeginPoint();
     for (const ColmapTrackElement& seen : point.track) {
-      const int image = index_of_image.at(seen.image_id);
+      const auto found = index_of_image.find(seen.image_id);
+      if (found == index_of_image.end()) {
+        if (++absent == 1) {
+          first = "IMAGE_ID = " + std::to_string(seen.image_id) + " of point " +
+                  std::to_string(point.id);
+        }
+        continue;
+      }
+      const int image = found->second;
       scene_point.views.push_back(image);
       const ColmapObservation* observation =
           ObservationOf(model.images[image], seen.observation, point.id);
       if (observation == nullptr) continue;
       posed->tracks.Add({observation->image_point, image, seen.observation});
     }
+  }
+  if (absent > 0) {
+    posed->notes.push_back(std::to_string(absent) +
+                           " views of sparse points left out: the model has no such image; the "
+                           "first is " +
+                           first);
   }
 }
 
@@ -168,6 +186,10 @@ PosedScene ReadColmap(const fs::path& workspace, const fs::path& images) {
     view.image_id = image.id;
     view.camera_id = camera.id;
     view.camera_model = camera.model->name;
+  }
+  std::error_code error;
+  if (!fs::exists(files.points, error)) {
+    posed.notes.push_back(files.points.string() + ": is missing: the scene has no sparse points");
   }
   AddPoints(model, index_of_image, &posed);
   return posed;

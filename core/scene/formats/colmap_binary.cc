@@ -136,6 +136,8 @@ std::vector<ColmapImage> ReadImages(const std::filesystem::path& path) {
 }
 
 std::vector<ColmapPoint> ReadPoints(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) return {};
   return ReadElements<ColmapPoint>(
       path, "point", "POINT3D_ID", kPointBytes, [](Bytes* bytes, ColmapPoint* point) {
         point->position = bytes->ReadVector<3>("X, Y, Z");

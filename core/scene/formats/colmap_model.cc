@@ -159,17 +159,8 @@ void CheckColmapModel(const ColmapModel& model, const ColmapFiles& files) {
   std::set<std::uint64_t> point_ids;
   for (const ColmapPoint& point : model.points) {
     const std::string element = "point " + std::to_string(point.id) + ": ";
-    if (!point.position.allFinite())
-      throw InputError(files.points, element + "X, Y, Z: not finite");
     if (!point_ids.insert(point.id).second) {
       throw InputError(files.points, element + "POINT3D_ID appears twice");
-    }
-    for (const ColmapTrackElement& seen : point.track) {
-      if (image_ids.count(seen.image_id) == 0) {
-        throw InputError(files.points,
-                         element + "TRACK: IMAGE_ID = " + std::to_string(seen.image_id) +
-                             ": no such image in " + files.images.filename().string());
-      }
     }
   }
 }

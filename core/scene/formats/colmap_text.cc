@@ -62,11 +62,13 @@ std::vector<ColmapImage> ReadImages(const std::filesystem::path& path) {
 
 std::vector<ColmapPoint> ReadPoints(const std::filesystem::path& path) {
   std::vector<ColmapPoint> points;
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) return points;
   TextLines lines(path);
   while (lines.NextElement()) {
     ColmapPoint& point = points.emplace_back();
     point.id = lines.Number<std::uint64_t>("POINT3D_ID");
-    point.position = lines.Vector3("X", "Y", "Z");
+    point.position = lines.Point("X", "Y", "Z");
     for (const char* channel : {"R", "G", "B"}) lines.Number<std::uint8_t>(channel);
     lines.Word("ERROR");
     while (!lines.AtEndOfLine()) {

@@ -106,7 +106,7 @@ PosedScene ReadNvm(const fs::path& path, const fs::path& images) {
   for (uint32_t p = 0; p < points; ++p) {
     NextLine(&lines, "point");
     ScenePoint& point = posed.points.emplace_back();
-    point.position = lines.Vector3("x", "y", "z");
+    point.position = lines.Point("x", "y", "z");
     for (int k = 0; k < 3; ++k) lines.Number<double>("colour");
     posed.tracks.BeginPoint();
     const auto views = lines.Number<uint32_t>("number of views");

@@ -44,12 +44,14 @@ std::map<uint32_t, Intrinsic> ReadIntrinsics(const json& list) {
     intrinsic.type = name_of_type[type];
     if (!IsSupported(intrinsic.type)) continue;
     const json& data = value.at("ptr_wrapper").at("data");
+    // v1.1 to v1.6 have the fields of the base class of some types one level down.
+    const json& base = data.contains("value0") ? data["value0"] : data;
     Camera& camera = intrinsic.camera;
-    camera.width = Whole<int>(data.at("width"));
-    camera.height = Whole<int>(data.at("height"));
-    camera.fx = camera.fy = data.at("focal_length").get<double>();
-    camera.cx = data.at("principal_point").at(0).get<double>() + 0.5;
-    camera.cy = data.at("principal_point").at(1).get<double>() + 0.5;
+    camera.width = Whole<int>(base.at("width"));
+    camera.height = Whole<int>(base.at("height"));
+    camera.fx = camera.fy = base.at("focal_length").get<double>();
+    camera.cx = base.at("principal_point").at(0).get<double>() + 0.5;
+    camera.cy = base.at("principal_point").at(1).get<double>() + 0.5;
     std::array<double, 5>& brown = intrinsic.lens.brown;
     if (data.contains("disto_k1")) brown[0] = data["disto_k1"].at(0).get<double>();
     for (const char* field : {"disto_k3", "disto_t2"}) {
@@ -88,13 +90,17 @@ PosedScene FromJson(const json& root, const fs::path& path, const fs::path& imag
   posed.file = path;
   const fs::path stated = root.at("root_path").get<std::string>();
   std::map<uint32_t, int> index_of_view;
+  std::string first_without;
   for (const json& entry : root.at("views")) {
     const json& data = entry.at("value").at("ptr_wrapper").at("data");
     const auto pose = poses.find(Whole<uint32_t>(data.at("id_pose")));
     const auto intrinsic = intrinsics.find(Whole<uint32_t>(data.at("id_intrinsic")));
-    if (pose == poses.end() || intrinsic == intrinsics.end()) continue;
     const fs::path name =
         fs::path(data.value("local_path", std::string())) / data.at("filename").get<std::string>();
+    if (pose == poses.end() || intrinsic == intrinsics.end()) {
+      if (first_without.empty()) first_without = name.string();
+      continue;
+    }
     const std::string element = "view " + name.string() + ": ";
     if (!IsSupported(intrinsic->second.type)) {
       throw InputError(
@@ -118,6 +124,17 @@ PosedScene FromJson(const json& root, const fs::path& path, const fs::path& imag
     }
     view.camera.rotation = NearestRotation(rotation, path, element + "rotation");
     view.camera.translation = -view.camera.rotation * Vector3(pose->second->at("center"));
+  }
+  if (posed.images.empty()) {
+    throw InputError(path, std::to_string(root.at("views").size()) +
+                               " views, none has a pose: this is the listing of the photographs; "
+                               "take the reconstruction's sfm_data, as JSON");
+  }
+  if (posed.images.size() < root.at("views").size()) {
+    posed.notes.push_back(std::to_string(root.at("views").size() - posed.images.size()) + " of " +
+                          std::to_string(root.at("views").size()) +
+                          " views left out: they have no pose or no intrinsics; the first is " +
+                          first_without);
   }
   if (!root.contains("structure")) return posed;
   for (const json& entry : root["structure"]) {

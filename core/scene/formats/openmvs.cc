@@ -245,12 +245,17 @@ PosedScene ReadOpenMvs(const fs::path& path, const fs::path& images) {
   PosedScene posed;
   posed.file = path;
   std::vector<int> index(read.size(), -1);
+  int without = 0;
+  std::string first_without;
   std::vector<const MvsImage*> used;
   std::vector<fs::path> paths;
   std::vector<std::string> names;
   for (size_t i = 0; i < read.size(); ++i) {
     const MvsImage& image = read[i];
-    if (image.pose == kNone) continue;
+    if (image.pose == kNone) {
+      if (++without == 1) first_without = image.name;
+      continue;
+    }
     const std::string element = "image " + image.name + ": ";
     if (image.platform >= platforms.size() ||
         image.camera >= platforms[image.platform].cameras.size() ||
@@ -271,6 +276,13 @@ PosedScene ReadOpenMvs(const fs::path& path, const fs::path& images) {
     } else {
       paths.push_back(FindPhotographBelow(image.name, images));
     }
+  }
+  if (used.empty() && without > 0) {
+    throw InputError(path, std::to_string(without) + " views, none has a pose");
+  }
+  if (without > 0) {
+    posed.notes.push_back(std::to_string(without) + " of " + std::to_string(read.size()) +
+                          " views left out: they have no pose; the first is " + first_without);
   }
   names = NamesBelowImages(names, path);
   const std::vector<cv::Size> sizes = PhotographSizes(paths);

@@ -13,12 +13,15 @@
 #include <utility>
 
 #include "core/image/gray_image.h"
+#include "core/image/image_size.h"
 #include "core/scene/formats/camera_checks.h"
+#include "core/scene/formats/photograph_checks.h"
 #include "core/scene/lens_points.h"
 #include "core/support/atomic_file.h"
 #include "core/support/error.h"
 #include "core/support/file_bytes.h"
 #include "core/support/parallel.h"
+#include "core/support/spelling.h"
 
 namespace burin {
 namespace {
@@ -59,7 +62,11 @@ void CheckSize(const fs::path& path, const cv::Mat& image, const PosedImage& pos
   const Camera& camera = posed.camera;
   if (image.cols == camera.width && image.rows == camera.height) return;
   throw InputError(path, "image size: is " + SizeText(image.cols, image.rows) + " but " +
-                             posed.camera_name + " is " + SizeText(camera.width, camera.height));
+                             posed.camera_name + " is " + SizeText(camera.width, camera.height) +
+                             (image.cols == camera.height && image.rows == camera.width
+                                  ? " (turned by its EXIF orientation? burin reads pixels as they "
+                                    "are stored, as COLMAP does)"
+                                  : ""));
 }
 
 cv::Mat ReadSized(const fs::path& path, const PosedImage& posed) {
@@ -139,10 +146,12 @@ void WriteUndistorted(const PosedImage& posed, const fs::path& target) {
 void AddPoints(const PosedScene& posed, const std::vector<int>& view_of_image, Scene* scene) {
   std::vector<PointUndistortion> undistortion;
   for (const View& view : scene->views) undistortion.emplace_back(view.camera, view.origin.lens);
+  int bad = 0;
   for (size_t p = 0; p < posed.points.size(); ++p) {
     const ScenePoint& point = posed.points[p];
-    if (!(point.position.cwiseAbs().maxCoeff() < kMostCoordinate)) {
-      throw InputError(posed.file, "a point has a coordinate that is not below 1e30");
+    if (!point.position.allFinite() || point.position.cwiseAbs().maxCoeff() >= kMostCoordinate) {
+      ++bad;
+      continue;
     }
     std::set<int> views;
     for (const int image : point.views) views.insert(view_of_image[image]);
@@ -159,6 +168,10 @@ void AddPoints(const PosedScene& posed, const std::vector<int>& view_of_image, S
       scene->tracks.Add(measurement);
     }
   }
+  if (bad > 0) {
+    scene->notes.push_back(std::to_string(bad) +
+                           " sparse points left out: a coordinate is not a number below 1e30");
+  }
 }
 
 }  // namespace
@@ -172,6 +185,7 @@ Scene MakeScene(const PosedScene& posed, bool with_images, const fs::path& masks
   std::sort(order.begin(), order.end(),
             [&](size_t a, size_t b) { return posed.images[a].name < posed.images[b].name; });
   Scene scene;
+  scene.notes = posed.notes;
   std::vector<int> view_of_image(order.size());
   for (const size_t k : order) {
     const PosedImage& image = posed.images[k];
@@ -193,6 +207,7 @@ Scene MakeScene(const PosedScene& posed, bool with_images, const fs::path& masks
   for (View& view : scene.views) view.camera = Rounded(view.camera);
   CheckCentresDiffer(scene.views, posed.file);
   if (with_images) {
+    RequirePhotographs(posed);
     ForEachInParallel(order.size(), [&](size_t i) {
       View& view = scene.views[i];
       const PosedImage& image = posed.images[order[i]];
@@ -281,7 +296,7 @@ void WritePhotographs(const PosedScene& posed, const fs::path& folder) {
 
 std::vector<cv::Size> PhotographSizes(const std::vector<fs::path>& paths) {
   std::vector<cv::Size> sizes(paths.size());
-  ForEachInParallel(paths.size(), [&](size_t i) { sizes[i] = ReadGrayImage(paths[i]).size(); });
+  ForEachInParallel(paths.size(), [&](size_t i) { sizes[i] = ImageSize(paths[i]); });
   return sizes;
 }
 
@@ -290,7 +305,8 @@ fs::path FindPhotograph(const std::string& name, const std::vector<fs::path>& fo
   for (const fs::path& named : folders) {
     const fs::path folder = named.empty() ? "." : named;
     std::error_code error;
-    if (fs::is_regular_file(folder / name, error)) return folder / name;
+    const fs::path path = AsSpelled(folder / name);
+    if (fs::is_regular_file(path, error)) return path;
     looked_in += (looked_in.empty() ? "" : ", ") + folder.string();
   }
   throw InputError("photograph " + name + ": is in none of " + looked_in +

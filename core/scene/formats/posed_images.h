@@ -34,6 +34,7 @@ struct PosedScene {
   // Of every point, or empty; views index `images`, and image points are of the photographs, through the
   // lens.
   Tracks tracks;
+  std::vector<std::string> notes;  // as in Scene
 };
 
 // Views in ascending order of name; points seen by fewer than two views are dropped. Photographs are

@@ -9,6 +9,7 @@
 #include "core/scene/formats/nvm.h"
 #include "core/scene/formats/openmvg.h"
 #include "core/scene/formats/openmvs.h"
+#include "core/scene/formats/photograph_checks.h"
 #include "core/scene/formats/strecha.h"
 #include "core/scene/formats/transforms.h"
 #include "core/scene/formats/view_names.h"
@@ -60,6 +61,10 @@ const Format& Recognised(const fs::path& path) {
 PosedScene ReadScene(const SceneSource& source) {
   PosedScene posed = Recognised(source.path).read(source.path, source.images);
   SettleNames(&posed);
+  LeaveOutViews(source.filter, &posed);
+  FindSpellings(&posed);
+  CheckOneViewAPhotograph(posed);
+  ScaleToPhotographs(&posed);
   return posed;
 }
 

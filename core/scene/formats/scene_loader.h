@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/scene/formats/posed_images.h"
+#include "core/scene/formats/view_filter.h"
 #include "core/scene/scene.h"
 
 namespace burin {
@@ -15,6 +16,7 @@ struct SceneSource {
   std::filesystem::path images;  // where the photographs are; empty = where the format has them
   std::filesystem::path masks;   // folder of masks NAME.png for photograph NAME; empty = none
   MaskMeaning masks_mean = MaskMeaning::kIgnore;
+  ViewFilter filter = {};
 };
 
 // Throws InputError, one line naming file and line, byte or field, for what no format fits, and for

@@ -63,28 +63,26 @@ class TextLines {
   template <typename T>
   T Number(const char* field) {
     const std::string_view word = Word(field);
-    std::string_view digits = word;
-    if (digits.size() > 1 && digits[0] == '+' && digits[1] != '-') digits.remove_prefix(1);
-    T value{};
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-    const bool all = end == digits.data() + digits.size();
-    if (std::is_floating_point_v<T> && all && IsTooSmall(error, digits)) return 0;
-    if (error != std::errc() || !all) {
-      Fail(field, "'" + std::string(word) + "' is not " +
-                      (std::is_floating_point_v<T> ? "a number" : "an integer in range"));
-    }
+    const T value = Parsed<T>(field, word);
     if constexpr (std::is_floating_point_v<T>) {
       if (!std::isfinite(value)) Fail(field, "'" + std::string(word) + "' is not finite");
     }
     return value;
   }
-
   Eigen::Vector3d Vector3(const char* x, const char* y, const char* z) {
     Eigen::Vector3d vector;
     vector.x() = Number<double>(x);
     vector.y() = Number<double>(y);
     vector.z() = Number<double>(z);
     return vector;
+  }
+
+  // The same, of which numbers may be not finite.
+  Eigen::Vector3d Point(const char* x, const char* y, const char* z) {
+    Eigen::Vector3d point;
+    int axis = 0;
+    for (const char* field : {x, y, z}) point[axis++] = Parsed<double>(field, Word(field));
+    return point;
   }
 
   // A matrix, a line a row.
@@ -115,6 +113,21 @@ class TextLines {
   }
 
  private:
+  template <typename T>
+  T Parsed(const char* field, std::string_view word) const {
+    std::string_view digits = word;
+    if (digits.size() > 1 && digits[0] == '+' && digits[1] != '-') digits.remove_prefix(1);
+    T value{};
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    const bool all = end == digits.data() + digits.size();
+    if (std::is_floating_point_v<T> && all && IsTooSmall(error, digits)) return 0;
+    if (error != std::errc() || !all) {
+      Fail(field, "'" + std::string(word) + "' is not " +
+                      (std::is_floating_point_v<T> ? "a number" : "an integer in range"));
+    }
+    return value;
+  }
+
   // Of a number out of a double's range: whether it is so on the small side.
   static bool IsTooSmall(std::errc error, std::string_view digits) {
     return error == std::errc::result_out_of_range &&

@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "core/support/error.h"
+#include "core/support/spelling.h"
 
 namespace burin {
 namespace {
@@ -74,6 +75,7 @@ fs::path FindPhotographBelow(const std::string& name, const fs::path& folder) {
   for (size_t first = 0; first + 1 < parts.size(); ++first) {
     fs::path path = folder;
     for (size_t k = first; k < parts.size(); ++k) path /= parts[k];
+    path = AsSpelled(path);
     std::error_code error;
     if (fs::is_regular_file(path, error)) return path;
   }
