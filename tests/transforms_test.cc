@@ -120,6 +120,19 @@ TEST_F(Transforms, MasksOfFrames) {
   EXPECT_TRUE(scene.views[1].mask.empty());
 }
 
+TEST_F(Transforms, FramesWithoutPhotographsAreLeftOutWithALine) {
+  json root = Given();
+  json lost = root["frames"][0];
+  lost["file_path"] = "images/lost.png";
+  root["frames"].insert(root["frames"].begin() + 1, lost);
+  WriteFile("transforms.json", root.dump());
+  const Scene scene = LoadScene({Folder(), {}, {}});
+  ExpectScene(scene, false);
+  EXPECT_THAT(scene.notes,
+              testing::ElementsAre("1 of 3 frames left out: their photographs are missing; the "
+                                   "first is images/lost.png"));
+}
+
 TEST_F(Transforms, WhatIsWrongIsNamed) {
   const json good = Given();
   const auto with = [&](const char* field, const json& value) {

@@ -150,28 +150,50 @@ void SetPose(const json& matrix, const fs::path& file, const std::string& elemen
   camera->translation = -camera->rotation * center;
 }
 
-PosedScene FromJson(const json& root, const fs::path& file, const fs::path& images) {
-  PosedScene posed;
-  posed.file = file;
-  const json& frames = root.at("frames");
-  std::vector<fs::path> paths;
-  std::vector<std::string> masks;
+// The frames whose photographs are there. instant-ngp takes frames out by taking their photographs away.
+std::vector<const json*> AddPhotographs(const json& frames, const fs::path& file,
+                                        const fs::path& images, PosedScene* posed) {
+  std::vector<const json*> kept;
+  std::string first_missing;
+  std::string first_error;
   for (const json& frame : frames) {
-    PosedImage& view = posed.images.emplace_back();
     std::string name = frame.at("file_path").get<std::string>();
     std::replace(name.begin(), name.end(), '\\', '/');
-    view.name = WithExtension(name, file, images);
-    view.image_path = images.empty() ? FindPhotograph(view.name, {file.parent_path()})
-                                     : FindPhotographBelow(view.name, images);
-    paths.push_back(view.image_path);
+    name = WithExtension(name, file, images);
+    try {
+      const fs::path path = images.empty() ? FindPhotograph(name, {file.parent_path()})
+                                           : FindPhotographBelow(name, images);
+      posed->images.emplace_back().image_path = path;
+    } catch (const InputError& error) {
+      if (first_error.empty()) first_error = error.what();
+      if (first_missing.empty()) first_missing = name;
+      continue;
+    }
+    PosedImage& view = posed->images.back();
+    view.name = name;
     const auto mask = frame.find("mask_path");
     if (mask != frame.end() && !mask->is_null()) {
       view.mask_path = file.parent_path() / mask->get<std::string>();
     }
+    kept.push_back(&frame);
   }
+  if (kept.size() == frames.size()) return kept;
+  if (kept.size() < 2) throw InputError(first_error);
+  posed->notes.push_back(
+      std::to_string(frames.size() - kept.size()) + " of " + std::to_string(frames.size()) +
+      " frames left out: their photographs are missing; the first is " + first_missing);
+  return kept;
+}
+
+PosedScene FromJson(const json& root, const fs::path& file, const fs::path& images) {
+  PosedScene posed;
+  posed.file = file;
+  const std::vector<const json*> frames = AddPhotographs(root.at("frames"), file, images, &posed);
+  std::vector<fs::path> paths;
+  for (const PosedImage& view : posed.images) paths.push_back(view.image_path);
   const std::vector<cv::Size> sizes = PhotographSizes(paths);
   for (size_t i = 0; i < sizes.size(); ++i) {
-    const Fields fields(frames[i], root);
+    const Fields fields(*frames[i], root);
     PosedImage& view = posed.images[i];
     const std::string element = "frame " + view.name + ": ";
     RefuseOtherLenses(fields, file, element);
@@ -180,7 +202,7 @@ PosedScene FromJson(const json& root, const fs::path& file, const fs::path& imag
                        fields.Number("p2", 0), fields.Number("k3", 0)};
     const json* model = fields.Find("camera_model");
     if (model != nullptr) view.camera_model = model->get<std::string>();
-    SetPose(frames[i].at("transform_matrix"), file, element, &view.camera);
+    SetPose(frames[i]->at("transform_matrix"), file, element, &view.camera);
   }
   return posed;
 }

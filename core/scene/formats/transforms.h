@@ -9,8 +9,9 @@
 // middle and w and h the photograph's where they are absent. camera_model is OPENCV, PINHOLE or one of COLMAP's that it
 // contains, or absent; the lens is k1, k2, k3, p1, p2 in OpenCV's order and sign. Refused: k4, and lenses that are none of
 // Brown's (OPENCV_FISHEYE, EQUIRECTANGULAR, is_fisheye, ftheta, latlong).
-// Photographs are named by file_path, beside the file; a name without an extension is that of a PNG or JPEG. mask_path has
-// zero where a pixel is not to be used. Ignored: depth maps, ply_file_path, what else trains a radiance field.
+// Photographs are named by file_path, beside the file; a name without an extension is that of a PNG or JPEG. Frames
+// whose photographs are missing are left out, with a note. mask_path has zero where a pixel is not to be used. Ignored:
+// depth maps, ply_file_path, what else trains a radiance field.
 #pragma once
 
 #include <filesystem>
