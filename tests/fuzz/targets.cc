@@ -150,6 +150,12 @@ void Mvs(const std::string& bytes) { SceneAs("scene.mvs", bytes); }
 void Nvm(const std::string& bytes) { SceneAs("scene.nvm", bytes); }
 void OpenMvg(const std::string& bytes) { SceneAs("sfm_data.json", bytes); }
 void Transforms(const std::string& bytes) { SceneAs("transforms.json", bytes); }
+// The reconstruction and its tracks in one: it ends at a line "%%%%".
+void OpenSfm(const std::string& bytes) {
+  const size_t end = std::min(bytes.find("\n%%%%\n"), bytes.size());
+  Files().Write("scene/tracks.csv", bytes.substr(std::min(bytes.size(), end + 6)));
+  SceneAs("reconstruction.json", bytes.substr(0, end));
+}
 void Middlebury(const std::string& bytes) { SceneAs("tiny_par.txt", bytes); }
 
 void Bundler(const std::string& bytes) {
@@ -238,6 +244,7 @@ const std::vector<Target>& Targets() {
                                               {"nvm", Nvm},
                                               {"openmvg", OpenMvg},
                                               {"transforms", Transforms},
+                                              {"opensfm", OpenSfm},
                                               {"middlebury", Middlebury},
                                               {"bundler", Bundler},
                                               {"strecha", Strecha},

@@ -80,6 +80,22 @@ def transforms(given, folder):
     (folder / "FOLDER/transforms.json").write_text(json.dumps(root))
 
 
+def opensfm(given, folder):
+    given.copy_photographs(folder / "FOLDER/images")
+    side = max(given.size)
+    root = {"cameras": {}, "shots": {}, "points": {}}
+    for name, k, _, r, t, _ in given:
+        half = numpy.array([r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]]) / 2
+        sine = numpy.linalg.norm(half)
+        turn = half / sine * numpy.arctan2(sine, (numpy.trace(r) - 1) / 2)
+        root["cameras"][name] = {
+            "projection_type": "brown", "width": given.size[0], "height": given.size[1],
+            "focal_x": k[0, 0] / side, "focal_y": k[1, 1] / side,
+            "c_x": (k[0, 2] - given.size[0] / 2) / side, "c_y": (k[1, 2] - given.size[1] / 2) / side}
+        root["shots"][name] = {"camera": name, "rotation": turn.tolist(), "translation": t.tolist()}
+    (folder / "FOLDER/reconstruction.json").write_text(json.dumps([root]))
+
+
 def nvm(given, folder):
     given.copy_photographs(folder)
     k = given.k_whole[0]

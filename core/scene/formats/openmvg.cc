@@ -161,8 +161,8 @@ PosedScene ReadOpenMvg(const fs::path& path, const fs::path& images) {
   if (!root.is_object() || !root.contains("sfm_data_version")) {
     throw InputError(
         path,
-        "is no scene in JSON that burin knows: neither sfm_data_version (openMVG) nor frames "
-        "(transforms.json) is there");
+        "is no scene in JSON that burin knows: none of sfm_data_version (openMVG), frames "
+        "(transforms.json) and shots (OpenSfM) is there");
   }
   try {
     return FromJson(root, path, images);

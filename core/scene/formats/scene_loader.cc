@@ -9,6 +9,7 @@
 #include "core/scene/formats/nvm.h"
 #include "core/scene/formats/openmvg.h"
 #include "core/scene/formats/openmvs.h"
+#include "core/scene/formats/opensfm.h"
 #include "core/scene/formats/photograph_checks.h"
 #include "core/scene/formats/strecha.h"
 #include "core/scene/formats/transforms.h"
@@ -34,6 +35,8 @@ constexpr Format kFormats[] = {
     {"OpenMVS", "NAME.mvs", IsOpenMvs, ReadOpenMvs},
     {"Transforms", "NAME.json of nerfstudio, instant-ngp or Blender, or a folder with one",
      IsTransforms, ReadTransforms},
+    {"OpenSfM", "reconstruction.json of OpenSfM or OpenDroneMap, or a folder with one", IsOpenSfm,
+     ReadOpenSfm},
     {"openMVG", "sfm_data.json", IsOpenMvg, ReadOpenMvg},
     {"NVM", "NAME.nvm", IsNvm, ReadNvm},
     {"Bundler", "NAME.out, or a folder with bundle.out", IsBundler, ReadBundler},
