@@ -163,6 +163,18 @@ void Bundler(const std::string& bytes) {
   SceneAs("bundle.out", bytes);
 }
 
+// Cameras of the scene's four photographs.
+void ArraysAs(const std::string& name, const std::string& bytes) {
+  SceneAs("readme", "");
+  try {
+    LoadScene({Files().Write("arrays/" + name, bytes), Files().path() / "scene", {}});
+  } catch (const InputError&) {
+  }
+}
+
+void Llff(const std::string& bytes) { ArraysAs("poses_bounds.npy", bytes); }
+void Neus(const std::string& bytes) { ArraysAs("cameras_sphere.npz", bytes); }
+
 // One camera of two is what is fuzzed.
 void CameraFiles(const std::string& ending, const std::string& good, const std::string& names,
                  const std::string& bytes) {
@@ -247,6 +259,8 @@ const std::vector<Target>& Targets() {
                                               {"opensfm", OpenSfm},
                                               {"middlebury", Middlebury},
                                               {"bundler", Bundler},
+                                              {"llff", Llff},
+                                              {"neus", Neus},
                                               {"strecha", Strecha},
                                               {"projection", Projection},
                                               {"mvsnet", MvsNetCamera},

@@ -4,8 +4,10 @@
 
 #include "core/scene/formats/bundler.h"
 #include "core/scene/formats/colmap.h"
+#include "core/scene/formats/llff.h"
 #include "core/scene/formats/middlebury.h"
 #include "core/scene/formats/mvsnet.h"
+#include "core/scene/formats/neus.h"
 #include "core/scene/formats/nvm.h"
 #include "core/scene/formats/openmvg.h"
 #include "core/scene/formats/openmvs.h"
@@ -41,6 +43,8 @@ constexpr Format kFormats[] = {
     {"NVM", "NAME.nvm", IsNvm, ReadNvm},
     {"Bundler", "NAME.out, or a folder with bundle.out", IsBundler, ReadBundler},
     {"Middlebury", "NAME_par.txt, or a folder with one", IsMiddlebury, ReadMiddlebury},
+    {"NeuS", "a folder with cameras_sphere.npz or cameras.npz", IsNeus, ReadNeus},
+    {"LLFF", "a folder with poses_bounds.npy", IsLlff, ReadLlff},
     {"Strecha", "a folder with NAME.camera or NAME.P", IsStrecha, ReadStrecha},
     {"DTU", "a folder with pos_NNN.txt", IsDtu, ReadDtu},
     {"MVSNet", "a folder with NNNNNNNN_cam.txt, or with cams/ that has", IsMvsNet, ReadMvsNet},
