@@ -12,7 +12,7 @@
 
 #include "core/scene/formats/openmvs.h"
 #include "core/scene/formats/scene_loader.h"
-#include "tests/colmap_testing.h"
+#include "tests/given_scene.h"
 
 namespace burin {
 namespace {
@@ -20,60 +20,9 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-// TinyScene with its photographs on disk.
-class Formats : public testing::Test {
+class Formats : public GivenScene {
  protected:
-  Formats() : scene_(TinyScene()) {
-    for (const View& view : scene_.views) {
-      fs::create_directories(Images());
-      cv::imwrite((Images() / view.name).string(), view.gray);
-    }
-  }
-  fs::path Folder() const { return folder_.path() / "scene"; }
-  fs::path Images() const { return Folder() / "images"; }
-  void WriteFile(const std::string& name, const std::string& text) const {
-    WriteBytes(Folder() / name, text);
-  }
-  const Camera& CameraAt(int v) const { return scene_.views[v].camera; }
-
-  // Cameras, photographs and, where the format has them, points are those of scene_. Formats write
-  // single precision or few digits: `pixels` of tolerance.
-  void ExpectScene(const Scene& scene, bool points, double pixels = 1e-8) const {
-    ASSERT_EQ(scene.views.size(), scene_.views.size());
-    for (size_t v = 0; v < scene.views.size(); ++v) {
-      EXPECT_EQ(scene.views[v].name, scene_.views[v].name);
-      const Camera& camera = scene.views[v].camera;
-      EXPECT_EQ(camera.width, 6);
-      EXPECT_EQ(camera.height, 4);
-      for (const ScenePoint& point : scene_.points) {
-        EXPECT_LT(
-            (camera.Project(point.position) - CameraAt(static_cast<int>(v)).Project(point.position))
-                .norm(),
-            pixels);
-        EXPECT_NEAR(camera.Depth(point.position),
-                    CameraAt(static_cast<int>(v)).Depth(point.position), pixels);
-      }
-      EXPECT_EQ(cv::norm(scene.views[v].gray, scene_.views[v].gray, cv::NORM_INF), 0);
-    }
-    ASSERT_EQ(scene.points.size(), points ? scene_.points.size() : 0);
-    for (size_t p = 0; p < scene.points.size(); ++p) {
-      EXPECT_LT((scene.points[p].position - scene_.points[p].position).norm(), 1e-6);
-      EXPECT_EQ(scene.points[p].views, scene_.points[p].views);
-    }
-  }
-
-  std::string ErrorOf(const fs::path& path) const {
-    try {
-      LoadScene({path, {}, {}});
-    } catch (const InputError& error) {
-      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
-      return error.what();
-    }
-    return "no error";
-  }
-
-  Scene scene_;
-  TempFolder folder_;
+  static std::string ErrorOf(const fs::path& path) { return LoadError(path); }
 };
 
 std::string Digits(double value) {

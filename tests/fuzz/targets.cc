@@ -150,12 +150,31 @@ void SceneAs(const std::string& name, const std::string& bytes) {
 void Mvs(const std::string& bytes) { SceneAs("scene.mvs", bytes); }
 void Nvm(const std::string& bytes) { SceneAs("scene.nvm", bytes); }
 void OpenMvg(const std::string& bytes) { SceneAs("sfm_data.json", bytes); }
+void Transforms(const std::string& bytes) { SceneAs("transforms.json", bytes); }
+// The reconstruction and its tracks in one: it ends at a line "%%%%".
+void OpenSfm(const std::string& bytes) {
+  const size_t end = std::min(bytes.find("\n%%%%\n"), bytes.size());
+  Files().Write("scene/tracks.csv", bytes.substr(std::min(bytes.size(), end + 6)));
+  SceneAs("reconstruction.json", bytes.substr(0, end));
+}
 void Middlebury(const std::string& bytes) { SceneAs("tiny_par.txt", bytes); }
 
 void Bundler(const std::string& bytes) {
   Files().Write("scene/list.txt", "a.png\nb.png\n");
   SceneAs("bundle.out", bytes);
 }
+
+// Cameras of the scene's four photographs.
+void ArraysAs(const std::string& name, const std::string& bytes) {
+  SceneAs("readme", "");
+  try {
+    LoadScene({Files().Write("arrays/" + name, bytes), Files().path() / "scene", {}});
+  } catch (const InputError&) {
+  }
+}
+
+void Llff(const std::string& bytes) { ArraysAs("poses_bounds.npy", bytes); }
+void Neus(const std::string& bytes) { ArraysAs("cameras_sphere.npz", bytes); }
 
 // One camera of two is what is fuzzed.
 void CameraFiles(const std::string& ending, const std::string& good, const std::string& names,
@@ -238,8 +257,12 @@ const std::vector<Target>& Targets() {
                                               {"mvs", Mvs},
                                               {"nvm", Nvm},
                                               {"openmvg", OpenMvg},
+                                              {"transforms", Transforms},
+                                              {"opensfm", OpenSfm},
                                               {"middlebury", Middlebury},
                                               {"bundler", Bundler},
+                                              {"llff", Llff},
+                                              {"neus", Neus},
                                               {"strecha", Strecha},
                                               {"projection", Projection},
                                               {"mvsnet", MvsNetCamera},

@@ -70,6 +70,32 @@ def openmvg(given, folder):
     (folder / "sfm_data.json").write_text(json.dumps(root))
 
 
+def transforms(given, folder):
+    given.copy_photographs(folder / "FOLDER/images")
+    root = {"w": given.size[0], "h": given.size[1], "camera_model": "OPENCV", "frames": []}
+    for name, k, _, r, _, c in given:
+        pose = numpy.r_[numpy.c_[r.T @ numpy.diag([1.0, -1.0, -1.0]), c], [[0, 0, 0, 1]]]
+        root["frames"].append({"file_path": f"images/{name}", "transform_matrix": pose.tolist(),
+                               "fl_x": k[0, 0], "fl_y": k[1, 1], "cx": k[0, 2], "cy": k[1, 2]})
+    (folder / "FOLDER/transforms.json").write_text(json.dumps(root))
+
+
+def opensfm(given, folder):
+    given.copy_photographs(folder / "FOLDER/images")
+    side = max(given.size)
+    root = {"cameras": {}, "shots": {}, "points": {}}
+    for name, k, _, r, t, _ in given:
+        half = numpy.array([r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]]) / 2
+        sine = numpy.linalg.norm(half)
+        turn = half / sine * numpy.arctan2(sine, (numpy.trace(r) - 1) / 2)
+        root["cameras"][name] = {
+            "projection_type": "brown", "width": given.size[0], "height": given.size[1],
+            "focal_x": k[0, 0] / side, "focal_y": k[1, 1] / side,
+            "c_x": (k[0, 2] - given.size[0] / 2) / side, "c_y": (k[1, 2] - given.size[1] / 2) / side}
+        root["shots"][name] = {"camera": name, "rotation": turn.tolist(), "translation": t.tolist()}
+    (folder / "FOLDER/reconstruction.json").write_text(json.dumps([root]))
+
+
 def nvm(given, folder):
     given.copy_photographs(folder)
     k = given.k_whole[0]
@@ -130,6 +156,25 @@ def mvsnet(given, folder):
             text(k) + "\n425 2.5\n")
 
 
+def neus(given, folder):
+    given.copy_photographs(folder / "FOLDER/image")
+    arrays = {}
+    for i, (_, _, k, r, t, _) in enumerate(given):
+        arrays[f"world_mat_{i}"] = numpy.r_[k @ numpy.c_[r, t], [[0, 0, 0, 1]]]
+        arrays[f"scale_mat_{i}"] = numpy.diag([2.0, 2.0, 2.0, 1.0])
+    numpy.savez(folder / "FOLDER/cameras_sphere.npz", **arrays)
+
+
+def llff(given, folder):
+    # The principal point can't be said.
+    given.copy_photographs(folder / "FOLDER/images")
+    rows = []
+    for _, k, _, r, _, c in given:
+        pose = numpy.c_[r[1], r[0], -r[2], c, [given.size[1], given.size[0], k[0, 0]]]
+        rows.append(numpy.r_[pose.ravel(), 1, 9])
+    numpy.save(folder / "FOLDER/poses_bounds.npy", numpy.array(rows))
+
+
 @pytest.fixture(scope="module")
 def given(tmp_path_factory):
     folder = tmp_path_factory.mktemp("given")
@@ -157,7 +202,7 @@ def test_commands_of(page, given, tmp_path):
                               capture_output=True, text=True, cwd=tmp_path)
         assert done.returncode == 0, done.stderr
         refined = (tmp_path / "OUT/refined.ply").read_bytes()
-        if page != "bundler":
+        if page not in ("bundler", "llff"):
             assert refined == (given / "OUT/refined.ply").read_bytes()
 
 

@@ -1,7 +1,8 @@
-// Lists the files of a folder whose names end in a given way.
+// Lists the files of a folder whose names end in a given way, and its photographs.
 #pragma once
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <string>
 #include <system_error>
@@ -25,6 +26,19 @@ inline std::vector<std::filesystem::path> FilesEndingIn(const std::filesystem::p
   }
   std::sort(files.begin(), files.end());
   return files;
+}
+
+// PNG, JPEG and TIFF by their extensions, in either case, in ascending order of name.
+inline std::vector<std::filesystem::path> PhotographsIn(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> photographs;
+  for (const std::filesystem::path& file : FilesEndingIn(folder, "")) {
+    std::string extension = file.extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    for (const char* known : {".png", ".jpg", ".jpeg", ".tif", ".tiff"}) {
+      if (extension == known) photographs.push_back(file);
+    }
+  }
+  return photographs;
 }
 
 }  // namespace burin

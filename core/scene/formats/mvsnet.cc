@@ -44,22 +44,12 @@ bool HasNumber(const std::string& name, const std::string& number) {
   return false;
 }
 
-std::string LowerCase(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
-bool IsPhotograph(const fs::path& path) {
-  const std::string extension = LowerCase(path.extension().string());
-  return extension == ".png" || extension == ".jpg" || extension == ".jpeg" || extension == ".tif";
-}
-
 fs::path PhotographOfNumber(const std::string& number, const fs::path& file,
                             const std::vector<fs::path>& folders) {
   for (const fs::path& folder : folders) {
     fs::path last;
-    for (const fs::path& candidate : FilesEndingIn(folder, "")) {
-      if (IsPhotograph(candidate) && HasNumber(candidate.stem().string(), number)) last = candidate;
+    for (const fs::path& candidate : PhotographsIn(folder)) {
+      if (HasNumber(candidate.stem().string(), number)) last = candidate;
     }
     if (!last.empty()) return last;
   }

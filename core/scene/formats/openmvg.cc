@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "core/scene/formats/camera_checks.h"
+#include "core/scene/formats/json_values.h"
 #include "core/scene/formats/view_names.h"
 #include "core/support/error.h"
 #include "core/support/json_file.h"
@@ -26,22 +26,6 @@ struct Intrinsic {
   Camera camera;
   Lens lens;
 };
-
-// A whole number that fits; nlohmann's own conversion wraps and truncates.
-template <typename T>
-T Whole(const json& value) {
-  if (!value.is_number_integer() ||
-      (value.is_number_unsigned()
-           ? value.get<uint64_t>() > static_cast<uint64_t>(std::numeric_limits<T>::max())
-           : value.get<int64_t>() < static_cast<int64_t>(std::numeric_limits<T>::min()))) {
-    throw std::out_of_range(value.dump() + " is not a whole number in range");
-  }
-  return value.get<T>();
-}
-
-Eigen::Vector3d Vector3(const json& value) {
-  return {value.at(0).get<double>(), value.at(1).get<double>(), value.at(2).get<double>()};
-}
 
 bool IsSupported(const std::string& type) {
   return type == "pinhole" || type == "pinhole_radial_k1" || type == "pinhole_radial_k3" ||
@@ -175,7 +159,10 @@ bool IsOpenMvg(const fs::path& path) { return path.extension() == ".json"; }
 PosedScene ReadOpenMvg(const fs::path& path, const fs::path& images) {
   const json root = ReadJsonFile(path);
   if (!root.is_object() || !root.contains("sfm_data_version")) {
-    throw InputError(path, "sfm_data_version: is missing, this is no openMVG scene");
+    throw InputError(
+        path,
+        "is no scene in JSON that burin knows: none of sfm_data_version (openMVG), frames "
+        "(transforms.json) and shots (OpenSfM) is there");
   }
   try {
     return FromJson(root, path, images);

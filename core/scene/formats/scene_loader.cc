@@ -4,13 +4,17 @@
 
 #include "core/scene/formats/bundler.h"
 #include "core/scene/formats/colmap.h"
+#include "core/scene/formats/llff.h"
 #include "core/scene/formats/middlebury.h"
 #include "core/scene/formats/mvsnet.h"
+#include "core/scene/formats/neus.h"
 #include "core/scene/formats/nvm.h"
 #include "core/scene/formats/openmvg.h"
 #include "core/scene/formats/openmvs.h"
+#include "core/scene/formats/opensfm.h"
 #include "core/scene/formats/photograph_checks.h"
 #include "core/scene/formats/strecha.h"
+#include "core/scene/formats/transforms.h"
 #include "core/scene/formats/view_names.h"
 #include "core/scene/near_depth.h"
 #include "core/support/error.h"
@@ -31,10 +35,16 @@ struct Format {
 constexpr Format kFormats[] = {
     {"COLMAP", "a folder with sparse/, or a model", IsColmap, ReadColmap},
     {"OpenMVS", "NAME.mvs", IsOpenMvs, ReadOpenMvs},
+    {"Transforms", "NAME.json of nerfstudio, instant-ngp or Blender, or a folder with one",
+     IsTransforms, ReadTransforms},
+    {"OpenSfM", "reconstruction.json of OpenSfM or OpenDroneMap, or a folder with one", IsOpenSfm,
+     ReadOpenSfm},
     {"openMVG", "sfm_data.json", IsOpenMvg, ReadOpenMvg},
     {"NVM", "NAME.nvm", IsNvm, ReadNvm},
     {"Bundler", "NAME.out, or a folder with bundle.out", IsBundler, ReadBundler},
     {"Middlebury", "NAME_par.txt, or a folder with one", IsMiddlebury, ReadMiddlebury},
+    {"NeuS", "a folder with cameras_sphere.npz or cameras.npz", IsNeus, ReadNeus},
+    {"LLFF", "a folder with poses_bounds.npy", IsLlff, ReadLlff},
     {"Strecha", "a folder with NAME.camera or NAME.P", IsStrecha, ReadStrecha},
     {"DTU", "a folder with pos_NNN.txt", IsDtu, ReadDtu},
     {"MVSNet", "a folder with NNNNNNNN_cam.txt, or with cams/ that has", IsMvsNet, ReadMvsNet},

@@ -65,6 +65,14 @@ class TextLines {
     return word;
   }
 
+  // Up to `separator`, which is passed over, or the end of the line; blanks are part of it.
+  std::string_view WordUntil(char separator) {
+    const std::size_t end = std::min(line_.find(separator), line_.size());
+    const std::string_view word = line_.substr(0, end);
+    line_.remove_prefix(std::min(end + 1, line_.size()));
+    return word;
+  }
+
   // Integers must fit T; numbers with a fraction must be finite.
   template <typename T>
   T Number(const char* field) {
@@ -75,6 +83,7 @@ class TextLines {
     }
     return value;
   }
+
   Eigen::Vector3d Vector3(const char* x, const char* y, const char* z) {
     Eigen::Vector3d vector;
     vector.x() = Number<double>(x);
