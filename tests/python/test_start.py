@@ -9,6 +9,16 @@ import burin
 from test_burin import PROGRAM
 
 
+@pytest.fixture(autouse=True)
+def with_cgal(scene):
+    try:
+        burin.mesh(scene, points="sparse", min_views=2, min_part_facets=1)
+    except burin.InputError as error:
+        if "without CGAL" not in str(error):
+            raise
+        pytest.skip(str(error))
+
+
 @pytest.mark.parametrize("points", ["sparse", "dense"])
 def test_mesh_is_the_program(folder, scene, tmp_path, points):
     subprocess.run([PROGRAM, "mesh", folder, "--output", tmp_path / "start.ply", "--points", points,
