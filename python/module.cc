@@ -31,6 +31,7 @@
 #include "core/support/stopwatch.h"
 #include "python/arrays.h"
 #include "python/options.h"
+#include "python/start.h"
 
 namespace py = pybind11;
 
@@ -371,6 +372,7 @@ PYBIND11_MODULE(_burin, module) {
   DefineOptions(&module);
   DefineScene(&module);
   DefineEnergy(&module);
+  DefineStart(&module);
   module.def("read_mesh", [](const Path& path) {
     const TriangleMesh mesh = WithoutGil([&] { return ReadMesh(path); });
     return py::make_tuple(Array(mesh.vertices), Array(mesh.faces));

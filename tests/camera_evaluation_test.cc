@@ -5,9 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "core/mesh/alignment.h"
+#include "core/mesh/mesh_io.h"
+#include "core/scene/formats/colmap.h"
+#include "core/scene/formats/scene_loader.h"
 #include "core/support/error.h"
 #include "core/synthetic/synthetic_stress.h"
 #include "tests/program_test.h"
@@ -184,6 +188,36 @@ TEST_F(EvaluateCamerasTest, WithATruthAndWithout) {
   EXPECT_EQ(table.exit_code, 0) << table.err;
   EXPECT_THAT(table.out, HasSubstr("cameras against the true ones"));
   EXPECT_THAT(table.out, HasSubstr("worst: view_00"));
+}
+
+// As structure from motion would have it: a frame and a unit of its own.
+TEST_F(EvaluateCamerasTest, AMeshInTheFrameOfItsOwnCamerasIsScored) {
+  Synth("exact", {});
+  Similarity motion;
+  motion.scale = 0.05;
+  motion.rotation =
+      Eigen::AngleAxisd(2.5, Eigen::Vector3d(3, 1, 2).normalized()).toRotationMatrix();
+  motion.translation = {100, -20, 3};
+  const Scene exact = LoadScene({In("exact"), {}, {}});
+  WriteColmapModel(InMovedWorld(exact, motion), In("sfm"), /*binary=*/true);
+  std::filesystem::copy(In("exact/images"), In("sfm/images"));
+  WriteMesh(In("moved.ply"), Moved(ReadMesh(In("exact/truth.ply")), motion));
+  const std::vector<std::string> aligned = {
+      "evaluate",  "--mesh",         In("moved.ply"), "--truth", In("exact/truth.ply"),
+      "--align",   "cameras",        "--scene",       In("sfm"), "--cameras",
+      In("exact"), "--sample_count", "2000",          "--json"};
+  const Outcome outcome = Run(aligned);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const nlohmann::json json = nlohmann::json::parse(outcome.out);
+  EXPECT_NEAR(json["alignment"]["scale"].get<double>(), 20, 1e-3);
+  EXPECT_LT(json["accuracy"]["mean"].get<double>(), 1e-4);
+  const std::string sfm = In("sfm");
+  ExpectRefused({"evaluate", "--mesh", In("moved.ply"), "--truth", In("exact/truth.ply"), "--align",
+                 "cameras", "--scene", sfm},
+                {"align = cameras", "--cameras"});
+  ExpectRefused({"evaluate", "--mesh", In("moved.ply"), "--truth", In("exact/truth.ply"), "--align",
+                 "cameras", "--scene", sfm, "--cameras", In("exact"), "--strecha.run"},
+                {"align = cameras", "strecha.run"});
 }
 
 TEST_F(EvaluateCamerasTest, BadInputIsOneLine) {

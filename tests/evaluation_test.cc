@@ -157,6 +157,33 @@ TEST(Evaluation, SimilarityFitRecoversTheScale) {
   EXPECT_NE(EvaluationReport(evaluation).find("scale 1.03"), std::string::npos);
 }
 
+// Cameras bring near a mesh in another frame and of another size; the surface does the rest.
+TEST(Evaluation, FitStartsWhereCamerasPutTheMesh) {
+  const TriangleMesh relief = Relief(40);
+  Similarity motion;
+  motion.scale = 7;
+  motion.rotation = Eigen::AngleAxisd(2, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+  motion.translation = {30, -5, 12};
+  const TriangleMesh mesh = Moved(relief, motion.Inverse());
+  EvaluationOptions options = Options("0.002,0.02");
+  options.max_distance = 0.2;
+  options.align = AlignmentKind::kSimilarity;
+  EXPECT_THROW(EvaluateMesh(mesh, MeshTruth(relief), options), InputError);
+  options.align = AlignmentKind::kCameras;
+  EXPECT_THROW(EvaluateMesh(mesh, MeshTruth(relief), options), InputError);
+  Similarity off;  // what wrong cameras leave
+  off.scale = 1.01;
+  off.translation = {0.004, -0.01, 0.008};
+  options.truth_from_scene = off * motion;
+  const Evaluation evaluation = EvaluateMesh(mesh, MeshTruth(relief), options);
+  EXPECT_NEAR(evaluation.truth_from_mesh.scale, 7, 1e-4);
+  EXPECT_LT((evaluation.truth_from_mesh.rotation - motion.rotation).norm(), 1e-5);
+  EXPECT_LT((evaluation.truth_from_mesh.translation - motion.translation).norm(), 1e-3);
+  EXPECT_LT(evaluation.accuracy.mean, 1e-5);
+  EXPECT_EQ(ToJson(evaluation)["alignment"]["kind"], "cameras");
+  EXPECT_NE(EvaluationReport(evaluation).find("scale 7"), std::string::npos);
+}
+
 // A patch apart from a sphere is 0.05 off in a mesh of 0.8 times the size: the sphere decides the
 // fit, and the patch's error is in units of the truth (0.04 in those of the mesh).
 TEST(Evaluation, SimilarityScoresInUnitsOfTheTruth) {

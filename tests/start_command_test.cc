@@ -47,10 +47,11 @@ TEST_F(StartCommand, RefineMakesItsOwnMeshWhereNoneIsGiven) {
 
 TEST_F(StartCommand, RefusesWhatMakesNoMesh) {
   ASSERT_EQ(Run({"synth", "--output", In("scene"), "--scene", "boulder", "--synth.width", "64",
-                 "--synth.views", "4"})
+                 "--synth.views", "4", "--synth.point_count", "0"})
                 .exit_code,
             0);
   ExpectRefused({"mesh", In("scene"), "--output", In("start.obj")}, {"start.obj", "NAME.ply"});
+  ExpectRefused({"mesh", In("scene"), "--output", In("start.ply")}, {"no sparse points"});
   ExpectRefused({"mesh", In("nowhere"), "--output", In("start.ply")}, {"nowhere"});
   EXPECT_FALSE(std::filesystem::exists(In("start.ply")));
 }

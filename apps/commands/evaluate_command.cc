@@ -8,6 +8,7 @@
 #include "apps/commands/command.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/evaluate_options.h"
+#include "core/evaluate/camera_evaluation.h"
 #include "core/evaluate/evaluation_report.h"
 #include "core/mesh/mesh_io.h"
 #include "core/scene/formats/scene_loader.h"
@@ -65,6 +66,17 @@ struct EvaluateCommand {
                                                   : nullptr;
       if (wanting != nullptr) throw InputError(std::string(wanting) + ": needs --truth");
     }
+    if (options.scores.align == AlignmentKind::kCameras) {
+      if (cameras.empty()) {
+        throw InputError(
+            "align = cameras: needs --scene, in the mesh's frame, and --cameras, in the truth's");
+      }
+      if (options.strecha.run || !depth.empty()) {
+        throw InputError(
+            "align = cameras: --scene is in the mesh's frame, and strecha.run and --depth need it "
+            "in the truth's");
+      }
+    }
     if (options.strecha.run && scene.empty()) {
       throw InputError("strecha.run: needs the cameras of --scene");
     }
@@ -92,8 +104,8 @@ struct EvaluateCommand {
   }
 
   void Score(const TriangleMesh& measured, const Truth& loaded, const Scene& views,
-             const DtuRegion& region, std::string* report, nlohmann::json* document,
-             std::string* nothing) const {
+             const Scene& true_views, const DtuRegion& region, std::string* report,
+             nlohmann::json* document, std::string* nothing) const {
     if (!depth.empty() && loaded.IsMesh() && !options.strecha.run) {
       throw InputError(truth, "must be a point cloud to split by --scene and --depth");
     }
@@ -104,8 +116,13 @@ struct EvaluateCommand {
     std::vector<cv::Mat1f> maps;
     if (!depth.empty()) maps = ReadDepthMaps(depth, views, depth_unit);
 
+    EvaluationOptions how = options.scores;
+    if (how.align == AlignmentKind::kCameras) {
+      how.truth_from_scene =
+          EvaluateCameras(views, true_views, measured, /*on_truth=*/false).truth_from_scene;
+    }
     const Evaluation scores =
-        EvaluateMesh(measured, loaded, options.scores, BoundaryFlags(loaded, views, maps));
+        EvaluateMesh(measured, loaded, how, BoundaryFlags(loaded, views, maps));
     const double unit = options.scores.unit;
     const TriangleMesh moved = Moved(measured, scores.truth_from_mesh);
     *report = EvaluationReport(scores);
@@ -133,19 +150,20 @@ struct EvaluateCommand {
     const TriangleMesh measured = ReadMesh(mesh);
     Scene views;
     if (!scene.empty()) views = LoadScene({scene, images, {}}, /*with_images=*/false);
+    Scene true_views;
+    if (!cameras.empty()) true_views = LoadScene({cameras, images, {}}, /*with_images=*/false);
     std::string report;
     std::string nothing;  // why there is no score
     nlohmann::json document = nlohmann::json::object();
     Truth loaded;
     if (!truth.empty()) {
       loaded = ReadTruth(truth);
-      Score(measured, loaded, views, region, &report, &document, &nothing);
+      Score(measured, loaded, views, true_views, region, &report, &document, &nothing);
     }
     if (!cameras.empty()) {
       const bool on_truth = !truth.empty() && loaded.IsMesh();
       const CameraEvaluation errors =
-          EvaluateCameras(views, LoadScene({cameras, images, {}}, /*with_images=*/false),
-                          on_truth ? loaded.mesh : measured, on_truth);
+          EvaluateCameras(views, true_views, on_truth ? loaded.mesh : measured, on_truth);
       report += CameraReport(errors, options.scores.unit);
       document["cameras"] = ToJson(errors);
     }

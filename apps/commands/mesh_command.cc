@@ -1,3 +1,5 @@
+#include <unistd.h>
+
 #include <cmath>
 #include <filesystem>
 #include <iostream>
@@ -8,10 +10,10 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/mesh_options.h"
 #include "apps/commands/start_file.h"
-#include "apps/run/output_folder.h"
 #include "apps/run/run_output.h"
 #include "apps/run/scene_arguments.h"
 #include "apps/run/stop_signals.h"
+#include "core/support/atomic_file.h"
 #include "core/support/error.h"
 #include "core/support/parallel.h"
 #include "core/support/stopwatch.h"
@@ -36,7 +38,10 @@ void MeshCommand::Run() const {
   if (request.target.extension() != ".ply") throw InputError(request.target, "is not NAME.ply");
   const ThreadScope threads(options.threads);
   const std::filesystem::path parent = request.target.parent_path();
-  const OutputFolder folder(parent.empty() ? std::filesystem::path(".") : parent);
+  if (!parent.empty()) MakeFolder(parent);
+  if (access(parent.empty() ? "." : parent.c_str(), W_OK) != 0) {
+    throw InputError(request.target, "its folder cannot be written to");
+  }
   request.source = source.Source();
   request.options = options.start;
   request.depths = depths;

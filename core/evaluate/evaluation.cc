@@ -97,9 +97,15 @@ Alignment FitToTruth(const TriangleMesh& mesh, const MatchSide& truth, double ma
     none.converged = true;
     return none;
   }
+  const bool by_cameras = options.align == AlignmentKind::kCameras;
+  if (by_cameras && !options.truth_from_scene) {
+    throw InputError("align = cameras: needs the mesh's cameras and those of the truth");
+  }
+  const Similarity start = options.truth_from_scene.value_or(Similarity());
   const double reach = 0.5 * max_distance;
-  const SurfaceSamples samples = SamplesOf(mesh, std::min(kFitSamples, options.sample_count),
-                                           static_cast<std::uint64_t>(options.seed) + 1, "mesh");
+  const SurfaceSamples samples =
+      SamplesOf(by_cameras ? Moved(mesh, start) : mesh, std::min(kFitSamples, options.sample_count),
+                static_cast<std::uint64_t>(options.seed) + 1, "mesh");
   const PlaneOf plane_of = [&](int index, const Eigen::Vector3d& point,
                                Eigen::Vector3d* counterpart, Eigen::Vector3d* normal) {
     const Match match = truth.Find(point, reach);
@@ -109,7 +115,7 @@ Alignment FitToTruth(const TriangleMesh& mesh, const MatchSide& truth, double ma
     return match.found;
   };
   AlignmentOptions fit;
-  fit.scale = options.align == AlignmentKind::kSimilarity;
+  fit.scale = options.align != AlignmentKind::kRigid;
   fit.keep_fraction = options.fit_keep;
   fit.max_iterations = 50;
   fit.min_step = 1e-6;  // far below what the choice of samples changes
@@ -119,6 +125,7 @@ Alignment FitToTruth(const TriangleMesh& mesh, const MatchSide& truth, double ma
     throw InputError("evaluation: " + error + " (it looks as far as half of max_distance, " +
                      std::to_string(reach) + " world units)");
   }
+  if (by_cameras) alignment.motion = alignment.motion * start;
   return alignment;
 }
 
@@ -146,7 +153,9 @@ void EvaluationOptions::Describe(OptionSet* set) {
   set->Add("unit", &unit, "Length of the unit of tau and of the report, in world units", 1e-12,
            1e12);
   set->Add("align", &align,
-           "Motion of the mesh onto the truth before scoring; similarity: rigid and a scale");
+           "Motion of the mesh onto the truth before scoring; similarity: rigid and a scale; "
+           "cameras: likewise, from where the "
+           "cameras of --scene lie on those of --cameras");
   set->Add("distance", &distance,
            "Distance that is scored; auto is plane for clouds with normals, else point");
   set->Add("unmatched", &unmatched,

@@ -7,9 +7,10 @@
 //     depend on how it is triangulated. A truth cloud is used point for point; a truth mesh is
 //     sampled like the mesh. The truth should be evenly spaced, or dense parts weigh more.
 //  2. Alignment, when asked for: trimmed point-to-plane ICP between the samples of this mesh and the
-//     truth, rigid or with a scale (core/mesh/alignment.h), reach = half the matching distance. The mesh
-//     is moved onto the truth, and everything after it is measured in the truth's frame and units.
-//     It is fitted anew to each mesh, before and after a refinement alike.
+//     truth, rigid or with a scale (core/mesh/alignment.h), reach = half the matching distance. It starts
+//     where the mesh is or, with `cameras`, where the similarity between two models of the same photographs
+//     (core/evaluate/camera_evaluation.h) puts it, and has a scale then. The mesh is moved onto the truth, and
+//     everything after it is measured in the truth's frame and units. It is fitted anew to each mesh, before and after a refinement alike.
 //  3. Matching. The match of a point is its nearest point on the other side (exact on a mesh;
 //     nearest point of a cloud). It counts when no further than the matching distance: `max_distance`,
 //     or else a 64th of the truth's diameter (DiameterOf in core/evaluate/truth.h). That is a length of
@@ -42,17 +43,19 @@
 #include "core/evaluate/truth.h"
 #include "core/mesh/alignment.h"
 #include "core/mesh/mesh.h"
+#include "core/scene/similarity.h"
 #include "core/support/distance_statistics.h"
 #include "core/support/options.h"
 
 namespace burin {
 
 // Choices in steps 2, 4 and 6 of the protocol.
-enum class AlignmentKind { kNone, kRigid, kSimilarity };
+enum class AlignmentKind { kNone, kRigid, kSimilarity, kCameras };
 inline Choices<AlignmentKind> ChoicesOf(AlignmentKind) {
   return {{AlignmentKind::kNone, "none"},
           {AlignmentKind::kRigid, "rigid"},
-          {AlignmentKind::kSimilarity, "similarity"}};
+          {AlignmentKind::kSimilarity, "similarity"},
+          {AlignmentKind::kCameras, "cameras"}};
 }
 enum class DistanceKind { kAuto, kPoint, kPlane };
 inline Choices<DistanceKind> ChoicesOf(DistanceKind) {
@@ -75,6 +78,8 @@ struct EvaluationOptions {
   int sample_count = 500000;  // on the mesh, and on the truth when it is one
   int seed = 0;
   double fit_keep = 0.7;  // share of the pairs that the alignment keeps
+  // Where kCameras starts, CameraEvaluation::truth_from_scene; no option, as it is measured.
+  std::optional<Similarity> truth_from_scene;
 
   void Describe(OptionSet* set);
   // The thresholds in world units, ascending. Throws InputError unless tau is a list of positive

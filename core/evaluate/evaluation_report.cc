@@ -94,8 +94,7 @@ std::string EvaluationReport(const Evaluation& evaluation) {
   if (evaluation.align != AlignmentKind::kNone) {
     report += Format(", %.4f deg, %.4g at the mesh's centre", motion.AngleDeg(),
                      evaluation.fit_shift / unit);
-    if (evaluation.align == AlignmentKind::kSimilarity)
-      report += Format(", scale %.8g", motion.scale);
+    if (evaluation.align != AlignmentKind::kRigid) report += Format(", scale %.8g", motion.scale);
     if (!evaluation.fit_converged) report += " (not converged)";
   }
   report += "\n" + StatisticsHead("within", "matched %");

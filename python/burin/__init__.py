@@ -16,6 +16,7 @@ from burin._burin import InputError, MemoryLimitError, Scene, read_mesh, strateg
 from burin._energy import Energy
 from burin._options import Options
 from burin._refine import Refinement, Selection, check, load_scene, refine, select_pairs, write_mesh
+from burin._start import Start, mesh
 
 __all__ = [
     "Energy",
@@ -25,8 +26,10 @@ __all__ = [
     "Refinement",
     "Scene",
     "Selection",
+    "Start",
     "check",
     "load_scene",
+    "mesh",
     "read_mesh",
     "refine",
     "select_pairs",
