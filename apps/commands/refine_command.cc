@@ -115,8 +115,16 @@ void RefineCommand::TakeFrom(const Checkpoint& checkpoint) {
     option->Set(text, &ignored);
   }
   output_path = resume_path;
-  source = checkpoint.source;
-  mesh_path = checkpoint.mesh_path;
+  // What the command line names is there now; else it may have been moved together with the run.
+  const auto place = [&](const std::string& named, const std::string& before) {
+    return named.empty() ? MovedPath(before, checkpoint.folder, resume_path) : named;
+  };
+  source.scene = place(source.scene, checkpoint.source.scene);
+  source.images = place(source.images, checkpoint.source.images);
+  source.masks = place(source.masks, checkpoint.source.masks);
+  source.filter = checkpoint.source.filter;
+  mesh_path = place(mesh_path, checkpoint.mesh_path);
+  options.pairs.file = MovedPath(options.pairs.file, checkpoint.folder, resume_path);
   pictures = checkpoint.pictures;
   debug_images = checkpoint.debug_images;
   level_meshes = checkpoint.level_meshes;
@@ -126,6 +134,7 @@ Checkpoint RefineCommand::FirstCheckpoint(const Scene& scene, const TriangleMesh
   Checkpoint checkpoint;
   checkpoint.source = source.Absolute();
   checkpoint.mesh_path = std::filesystem::absolute(mesh_path).string();
+  checkpoint.folder = std::filesystem::absolute(output_path).lexically_normal().string();
   checkpoint.config = ConfigText(set);
   checkpoint.inputs = InputsFingerprint(scene, mesh);
   checkpoint.instruction_set = KernelInstructionSet();
@@ -350,7 +359,7 @@ void AddRefineCommand(Program* program) {
   state->options.Describe(&state->set);
   const std::vector<Argument> sources = command.Scene(&state->source, /*photographs=*/true);
   const Argument mesh = command.Text("--mesh", "FILE (required)", &state->mesh_path,
-                                     "mesh to start from: PLY, OBJ or OFF; for NAME.mvs by "
+                                     "mesh to start from: PLY, OBJ, OFF or STL; for NAME.mvs by "
                                      "itself NAME_mesh.ply");
   const Argument output = command.Text("--output", "DIR (required)", &state->output_path,
                                        "folder for refined.ply, summary.json and trace.csv");
@@ -367,11 +376,13 @@ void AddRefineCommand(Program* program) {
   Argument resume =
       command.Text("--resume", "DIR", &state->resume_path,
                    "instead of all that: go on with the interrupted run in this folder, to the "
-                   "same mesh; --run.threads and --memory.limit_gb may be given");
-  for (const Argument& other : {mesh, output, pictures, level_meshes, debug_images}) {
+                   "same mesh; --run.threads and --memory.limit_gb may be given, and where scene, "
+                   "--images, --masks and --mesh are now");
+  const Argument& views = sources[2];
+  const Argument& skip_views = sources[3];
+  for (const Argument& other : {output, pictures, level_meshes, debug_images, views, skip_views}) {
     resume.Excludes(other);
   }
-  for (const Argument& source : sources) resume.Excludes(source);
   command.Options(&state->set, {}, [state] { state->options.Check(); });
   command.OnRun([command, state, scene = sources[0], mesh, output, resume] {
     if (resume.Given() && state->resume_path.empty()) {
@@ -385,7 +396,8 @@ void AddRefineCommand(Program* program) {
         state->given.push_back(name);
       }
     }
-    if (!mesh.Given()) state->mesh_path = MeshBeside(state->source.scene).string();
+    if (!mesh.Given() && !resume.Given())
+      state->mesh_path = MeshBeside(state->source.scene).string();
     if (!resume.Given()) {
       if (!scene.Given()) scene.ThrowMissing();
       if (state->mesh_path.empty()) mesh.ThrowMissing();

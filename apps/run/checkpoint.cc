@@ -70,10 +70,21 @@ std::filesystem::path CheckpointPath(const std::filesystem::path& output_folder)
   return output_folder / "checkpoint.cbor";
 }
 
+std::string MovedPath(const std::string& path, const std::filesystem::path& old_folder,
+                      const std::filesystem::path& folder) {
+  std::error_code error;
+  if (path.empty() || old_folder.empty() || std::filesystem::exists(path, error)) return path;
+  const std::filesystem::path now = (std::filesystem::absolute(folder) /
+                                     std::filesystem::path(path).lexically_relative(old_folder))
+                                        .lexically_normal();
+  return std::filesystem::exists(now, error) ? now.string() : path;
+}
+
 void WriteCheckpoint(const std::filesystem::path& path, const Checkpoint& checkpoint) {
   json body = {{"scene", checkpoint.source.scene},
                {"images", checkpoint.source.images},
                {"mesh", checkpoint.mesh_path},
+               {"folder", checkpoint.folder},
                {"masks", checkpoint.source.masks},
                {"config", checkpoint.config},
                {"inputs", checkpoint.inputs},
@@ -113,6 +124,7 @@ Checkpoint ReadCheckpoint(const std::filesystem::path& path) {
     body.at("scene").get_to(checkpoint.source.scene);
     body.at("images").get_to(checkpoint.source.images);
     body.at("mesh").get_to(checkpoint.mesh_path);
+    checkpoint.folder = body.value("folder", "");
     body.at("masks").get_to(checkpoint.source.masks);
     checkpoint.source.filter = {body.value("views", ""), body.value("skip_views", "")};
     body.at("config").get_to(checkpoint.config);
