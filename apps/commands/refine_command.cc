@@ -115,15 +115,7 @@ void RefineCommand::TakeFrom(const Checkpoint& checkpoint) {
     option->Set(text, &ignored);
   }
   output_path = resume_path;
-  // What the command line names is there now; else it may have been moved together with the run.
-  const auto place = [&](const std::string& named, const std::string& before) {
-    return named.empty() ? MovedPath(before, checkpoint.folder, resume_path) : named;
-  };
-  source.scene = place(source.scene, checkpoint.source.scene);
-  source.images = place(source.images, checkpoint.source.images);
-  source.masks = place(source.masks, checkpoint.source.masks);
-  source.filter = checkpoint.source.filter;
-  mesh_path = place(mesh_path, checkpoint.mesh_path);
+  PlaceInputs(checkpoint, resume_path, &source, &mesh_path);
   options.pairs.file = MovedPath(options.pairs.file, checkpoint.folder, resume_path);
   pictures = checkpoint.pictures;
   debug_images = checkpoint.debug_images;
@@ -375,12 +367,10 @@ void AddRefineCommand(Program* program) {
                    "first pair's errors with and without masks");
   Argument resume =
       command.Text("--resume", "DIR", &state->resume_path,
-                   "instead of all that: go on with the interrupted run in this folder, to the "
-                   "same mesh; --run.threads and --memory.limit_gb may be given, and where scene, "
-                   "--images, --masks and --mesh are now");
-  const Argument& views = sources[2];
-  const Argument& skip_views = sources[3];
-  for (const Argument& other : {output, pictures, level_meshes, debug_images, views, skip_views}) {
+                   "instead of all that: go on with the interrupted run in this folder; only "
+                   "--run.threads, --memory.limit_gb and where its inputs are now may be given");
+  for (const Argument& other :  // and --views, --skip-views
+       {output, pictures, level_meshes, debug_images, sources[2], sources[3]}) {
     resume.Excludes(other);
   }
   command.Options(&state->set, {}, [state] { state->options.Check(); });

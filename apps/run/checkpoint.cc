@@ -80,6 +80,18 @@ std::string MovedPath(const std::string& path, const std::filesystem::path& old_
   return std::filesystem::exists(now, error) ? now.string() : path;
 }
 
+void PlaceInputs(const Checkpoint& checkpoint, const std::filesystem::path& folder,
+                 SceneArguments* source, std::string* mesh_path) {
+  const auto place = [&](const std::string& before, std::string* now) {
+    if (now->empty()) *now = MovedPath(before, checkpoint.folder, folder);
+  };
+  place(checkpoint.source.scene, &source->scene);
+  place(checkpoint.source.images, &source->images);
+  place(checkpoint.source.masks, &source->masks);
+  place(checkpoint.mesh_path, mesh_path);
+  source->filter = checkpoint.source.filter;
+}
+
 void WriteCheckpoint(const std::filesystem::path& path, const Checkpoint& checkpoint) {
   json body = {{"scene", checkpoint.source.scene},
                {"images", checkpoint.source.images},

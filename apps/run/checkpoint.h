@@ -45,6 +45,11 @@ void WriteCheckpoint(const std::filesystem::path& path, const Checkpoint& checkp
 std::string MovedPath(const std::string& path, const std::filesystem::path& old_folder,
                       const std::filesystem::path& folder);
 
+// Scene and mesh of a run that goes on in `folder`: where the arguments say, and MovedPath of the checkpoint's for those that
+// are empty.
+void PlaceInputs(const Checkpoint& checkpoint, const std::filesystem::path& folder,
+                 SceneArguments* source, std::string* mesh_path);
+
 // Throws InputError when the file is missing or is not a checkpoint.
 Checkpoint ReadCheckpoint(const std::filesystem::path& path);
 
