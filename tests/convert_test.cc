@@ -144,6 +144,30 @@ TEST_F(Convert, CarriesMasks) {
   }
 }
 
+// Raw converters write 12 bits into 16: as PNG they stay what they are, as JPEG they use its 8 bits.
+TEST_F(Convert, KeepsTheLevelsOf16Bits) {
+  WriteColmapScene(TinyScene(), In("a"), false);
+  cv::Mat deep(4, 6, CV_16UC1);
+  for (int k = 0; k < 24; ++k) deep.at<uint16_t>(k / 6, k % 6) = static_cast<uint16_t>(170 * k);
+  for (const std::string name : {"view0.png", "view1.png"}) {
+    ASSERT_TRUE(cv::imwrite(In("a/images/" + name), deep));
+  }
+  // A lens that moves nothing visibly, so that photographs are written anew.
+  WriteBytes(In("a/lens.nvm"),
+             "NVM_V3\n2\nimages/view0.png 500 1 0 0 0 0 0 0 1e-9 0\n"
+             "images/view1.png 500 1 0 0 0 1 0 0 1e-9 0\n0\n");
+  ASSERT_EQ(Run({"convert", In("a/lens.nvm"), In("b")}).exit_code, 2);  // no camera's focal length
+  WriteBytes(In("a/lens.nvm"),
+             "NVM_V3\n2\nimages/view0.png 50 1 0 0 0 0 0 0 1e-9 0\n"
+             "images/view1.png 50 1 0 0 0 1 0 0 1e-9 0\n0\n");
+  ASSERT_EQ(Run({"convert", In("a/lens.nvm"), In("b")}).exit_code, 0);
+  const cv::Mat written = cv::imread(In("b/images/images/view0.png"), cv::IMREAD_UNCHANGED);
+  ASSERT_EQ(written.depth(), CV_16U);
+  cv::Mat gray;
+  cv::extractChannel(written, gray, 0);
+  EXPECT_LE(cv::norm(gray, deep, cv::NORM_INF), 1);
+}
+
 TEST_F(Convert, ChecksBeforeItWrites) {
   WriteColmapScene(TinyScene(), In("a"), false);
   fs::rename(In("a/images/view1.png"), In("a/images/view1.tif"));

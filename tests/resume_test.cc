@@ -241,10 +241,35 @@ TEST_F(ResumeTest, TheFolderAndTheMeshOfARunAreItsOwn) {
   EXPECT_EQ(Mesh("run"), mesh);
 }
 
+TEST_F(ResumeTest, ARunThatWasMovedGoesOn) {
+  const Outcome whole = Run(Refine("whole"));
+  ASSERT_EQ(whole.exit_code, 0) << whole.err;
+  const pid_t child = Start(Refine("run"));
+  WaitForRounds(1);
+  kill(child, SIGTERM);
+  EXPECT_EQ(Wait(child).exit_code, 143);
+  // Together with its inputs, and then without its mesh.
+  std::filesystem::create_directories(In("elsewhere"));
+  std::filesystem::copy(In("run"), In("elsewhere/run"), std::filesystem::copy_options::recursive);
+  std::filesystem::rename(In("scene"), In("elsewhere/scene"));
+  std::filesystem::copy(In("elsewhere/run"), In("elsewhere/again"),
+                        std::filesystem::copy_options::recursive);
+  const Outcome moved = Run(Resume("elsewhere/run"));
+  ASSERT_EQ(moved.exit_code, 0) << moved.err;
+  EXPECT_EQ(Mesh("elsewhere/run"), Mesh("whole"));
+  std::filesystem::rename(In("elsewhere/scene/init.ply"), In("start.ply"));
+  ExpectRefused(Resume("elsewhere/again"), {"init.ply"});
+  std::vector<std::string> named = Resume("elsewhere/again");
+  named.insert(named.end(), {"--mesh", In("start.ply")});
+  const Outcome told = Run(named);
+  ASSERT_EQ(told.exit_code, 0) << told.err;
+  EXPECT_EQ(Mesh("elsewhere/again"), Mesh("whole"));
+}
+
 TEST_F(ResumeTest, WhatCannotBeResumedIsRefused) {
   ExpectRefused(Resume("none"), {"none/checkpoint.cbor: file is missing"});
   std::vector<std::string> arguments = Resume("none");
-  arguments.insert(arguments.end(), {"--mesh", In("scene/init.ply")});
+  arguments.insert(arguments.end(), {"--output", In("other")});
   ExpectRefused(arguments, {"--resume", "excludes"});
   const pid_t child = Start(Refine("run"));
   WaitForRounds(1);

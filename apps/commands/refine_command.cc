@@ -116,8 +116,8 @@ void RefineCommand::TakeFrom(const Checkpoint& checkpoint) {
     option->Set(text, &ignored);
   }
   output_path = resume_path;
-  source = checkpoint.source;
-  mesh_path = checkpoint.mesh_path;
+  PlaceInputs(checkpoint, resume_path, &source, &mesh_path);
+  options.pairs.file = MovedPath(options.pairs.file, checkpoint.folder, resume_path);
   pictures = checkpoint.pictures;
   debug_images = checkpoint.debug_images;
   level_meshes = checkpoint.level_meshes;
@@ -127,6 +127,7 @@ Checkpoint RefineCommand::FirstCheckpoint(const Scene& scene, const TriangleMesh
   Checkpoint checkpoint;
   checkpoint.source = source.Absolute();
   checkpoint.mesh_path = std::filesystem::absolute(mesh_path).string();
+  checkpoint.folder = std::filesystem::absolute(output_path).lexically_normal().string();
   checkpoint.config = ConfigText(set);
   checkpoint.inputs = InputsFingerprint(scene, mesh);
   checkpoint.instruction_set = KernelInstructionSet();
@@ -352,7 +353,7 @@ void AddRefineCommand(Program* program) {
   state->options.Describe(&state->set);
   const std::vector<Argument> sources = command.Scene(&state->source, /*photographs=*/true);
   const Argument mesh = command.Text("--mesh", "FILE", &state->mesh_path,
-                                     "mesh to start from: PLY, OBJ or OFF; without it "
+                                     "mesh to start from: PLY, OBJ, OFF or STL; without it "
                                      "NAME_mesh.ply of NAME.mvs, or one made as by burin mesh");
   const Argument output = command.Text("--output", "DIR (required)", &state->output_path,
                                        "folder for refined.ply, summary.json and trace.csv");
@@ -368,12 +369,12 @@ void AddRefineCommand(Program* program) {
                    "first pair's errors with and without masks");
   Argument resume =
       command.Text("--resume", "DIR", &state->resume_path,
-                   "instead of all that: go on with the interrupted run in this folder, to the "
-                   "same mesh; --run.threads and --memory.limit_gb may be given");
-  for (const Argument& other : {mesh, output, pictures, level_meshes, debug_images}) {
+                   "instead of all that: go on with the interrupted run in this folder; only "
+                   "--run.threads, --memory.limit_gb and where its inputs are now may be given");
+  for (const Argument& other :  // and --views, --skip-views
+       {output, pictures, level_meshes, debug_images, sources[2], sources[3]}) {
     resume.Excludes(other);
   }
-  for (const Argument& source : sources) resume.Excludes(source);
   command.Options(&state->set, {}, [state] { state->options.Check(); });
   command.OnRun([command, state, scene = sources[0], mesh, output, resume] {
     if (resume.Given() && state->resume_path.empty()) {
@@ -387,7 +388,8 @@ void AddRefineCommand(Program* program) {
         state->given.push_back(name);
       }
     }
-    if (!mesh.Given()) state->mesh_path = MeshBeside(state->source.scene).string();
+    if (!mesh.Given() && !resume.Given())
+      state->mesh_path = MeshBeside(state->source.scene).string();
     if (!resume.Given()) {
       if (!scene.Given()) scene.ThrowMissing();
       if (!output.Given()) output.ThrowMissing();

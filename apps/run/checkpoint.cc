@@ -70,10 +70,33 @@ std::filesystem::path CheckpointPath(const std::filesystem::path& output_folder)
   return output_folder / "checkpoint.cbor";
 }
 
+std::string MovedPath(const std::string& path, const std::filesystem::path& old_folder,
+                      const std::filesystem::path& folder) {
+  std::error_code error;
+  if (path.empty() || old_folder.empty() || std::filesystem::exists(path, error)) return path;
+  const std::filesystem::path now = (std::filesystem::absolute(folder) /
+                                     std::filesystem::path(path).lexically_relative(old_folder))
+                                        .lexically_normal();
+  return std::filesystem::exists(now, error) ? now.string() : path;
+}
+
+void PlaceInputs(const Checkpoint& checkpoint, const std::filesystem::path& folder,
+                 SceneArguments* source, std::string* mesh_path) {
+  const auto place = [&](const std::string& before, std::string* now) {
+    if (now->empty()) *now = MovedPath(before, checkpoint.folder, folder);
+  };
+  place(checkpoint.source.scene, &source->scene);
+  place(checkpoint.source.images, &source->images);
+  place(checkpoint.source.masks, &source->masks);
+  place(checkpoint.mesh_path, mesh_path);
+  source->filter = checkpoint.source.filter;
+}
+
 void WriteCheckpoint(const std::filesystem::path& path, const Checkpoint& checkpoint) {
   json body = {{"scene", checkpoint.source.scene},
                {"images", checkpoint.source.images},
                {"mesh", checkpoint.mesh_path},
+               {"folder", checkpoint.folder},
                {"masks", checkpoint.source.masks},
                {"config", checkpoint.config},
                {"inputs", checkpoint.inputs},
@@ -113,6 +136,7 @@ Checkpoint ReadCheckpoint(const std::filesystem::path& path) {
     body.at("scene").get_to(checkpoint.source.scene);
     body.at("images").get_to(checkpoint.source.images);
     body.at("mesh").get_to(checkpoint.mesh_path);
+    checkpoint.folder = body.value("folder", "");
     body.at("masks").get_to(checkpoint.source.masks);
     checkpoint.source.filter = {body.value("views", ""), body.value("skip_views", "")};
     body.at("config").get_to(checkpoint.config);

@@ -18,6 +18,7 @@ namespace burin {
 struct Checkpoint {
   SceneArguments source;        // absolute
   std::string mesh_path;        // absolute
+  std::string folder;           // of the run when this was written, absolute
   std::string config;           // every option, as TOML
   std::string inputs;           // InputsFingerprint
   std::string instruction_set;  // KernelInstructionSet of the machine that wrote the state
@@ -38,6 +39,16 @@ std::string InputsFingerprint(const Scene& scene, const TriangleMesh& mesh);
 std::filesystem::path CheckpointPath(const std::filesystem::path& output_folder);
 
 void WriteCheckpoint(const std::filesystem::path& path, const Checkpoint& checkpoint);
+
+// Where `path` of a checkpoint is now: itself where it exists; else, in a run that was moved together with its inputs from
+// `old_folder` to `folder`, what has its place beside the new one where that exists; else itself.
+std::string MovedPath(const std::string& path, const std::filesystem::path& old_folder,
+                      const std::filesystem::path& folder);
+
+// Scene and mesh of a run that goes on in `folder`: where the arguments say, and MovedPath of the checkpoint's for those that
+// are empty.
+void PlaceInputs(const Checkpoint& checkpoint, const std::filesystem::path& folder,
+                 SceneArguments* source, std::string* mesh_path);
 
 // Throws InputError when the file is missing or is not a checkpoint.
 Checkpoint ReadCheckpoint(const std::filesystem::path& path);

@@ -28,6 +28,7 @@ std::vector<std::string> MaskNames(const fs::path& name) {
     }
   }
   std::vector<std::string> keys;
+  keys.reserve(names.size());
   for (const fs::path& mask : names) keys.push_back(SpellingKey(mask.generic_string()));
   return keys;
 }
