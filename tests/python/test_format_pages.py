@@ -96,6 +96,23 @@ def opensfm(given, folder):
     (folder / "FOLDER/reconstruction.json").write_text(json.dumps([root]))
 
 
+def meshroom(given, folder):
+    given.copy_photographs(folder / "FOLDER/images")
+    root = {"version": ["1", "2", "6"], "views": [], "intrinsics": [], "poses": []}
+    for key, (name, _, k, r, _, c) in enumerate(given):
+        key = str(key)
+        root["views"].append({"viewId": key, "poseId": key, "intrinsicId": key, "path": f"/there/{name}"})
+        root["intrinsics"].append({
+            "intrinsicId": key, "type": "pinhole", "width": str(given.size[0]),
+            "height": str(given.size[1]), "sensorWidth": str(given.size[0]),
+            "focalLength": repr(float(k[0, 0])), "pixelRatio": repr(float(k[1, 1] / k[0, 0])),
+            "principalPoint": [repr(float(k[0, 2] - given.size[0] / 2)),
+                               repr(float(k[1, 2] - given.size[1] / 2))]})
+        root["poses"].append({"poseId": key, "pose": {"transform": {
+            "rotation": [repr(float(x)) for x in r.T.flat], "center": [repr(float(x)) for x in c]}}})
+    (folder / "FOLDER/cameras.sfm").write_text(json.dumps(root))
+
+
 def nvm(given, folder):
     given.copy_photographs(folder)
     k = given.k_whole[0]
