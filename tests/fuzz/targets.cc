@@ -157,6 +157,7 @@ void OpenSfm(const std::string& bytes) {
   SceneAs("reconstruction.json", bytes.substr(0, end));
 }
 void Meshroom(const std::string& bytes) { SceneAs("cameras.sfm", bytes); }
+void Metashape(const std::string& bytes) { SceneAs("cameras.xml", bytes); }
 void Middlebury(const std::string& bytes) { SceneAs("tiny_par.txt", bytes); }
 
 void Bundler(const std::string& bytes) {
@@ -258,6 +259,7 @@ const std::vector<Target>& Targets() {
                                               {"openmvg", OpenMvg},
                                               {"transforms", Transforms},
                                               {"meshroom", Meshroom},
+                                              {"metashape", Metashape},
                                               {"opensfm", OpenSfm},
                                               {"middlebury", Middlebury},
                                               {"bundler", Bundler},

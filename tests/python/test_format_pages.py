@@ -113,6 +113,22 @@ def meshroom(given, folder):
     (folder / "FOLDER/cameras.sfm").write_text(json.dumps(root))
 
 
+def metashape(given, folder):
+    given.copy_photographs(folder / "FOLDER/images")
+    size = f'<resolution width="{given.size[0]}" height="{given.size[1]}"/>'
+    sensors, cameras = "", ""
+    for key, (name, k, _, r, _, c) in enumerate(given):
+        middle = k[:2, 2] - numpy.array(given.size) / 2
+        sensors += (f'<sensor id="{key}" type="frame"><calibration>{size}<f>{k[1, 1]!r}</f>'
+                    f'<b1>{k[0, 0] - k[1, 1]!r}</b1><cx>{middle[0]!r}</cx><cy>{middle[1]!r}</cy>'
+                    "</calibration></sensor>\n")
+        pose = text(numpy.r_[numpy.c_[r.T, c], [[0, 0, 0, 1]]])
+        cameras += (f'<camera sensor_id="{key}" label="{pathlib.Path(name).stem}">'
+                    f"<transform>{pose}</transform></camera>\n")
+    (folder / "FOLDER/cameras.xml").write_text(
+        f"<document><chunk><sensors>{sensors}</sensors><cameras>{cameras}</cameras></chunk></document>")
+
+
 def nvm(given, folder):
     given.copy_photographs(folder)
     k = given.k_whole[0]
