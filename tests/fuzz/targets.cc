@@ -157,6 +157,8 @@ void OpenSfm(const std::string& bytes) {
   Files().Write("scene/tracks.csv", bytes.substr(std::min(bytes.size(), end + 6)));
   SceneAs("reconstruction.json", bytes.substr(0, end));
 }
+void Meshroom(const std::string& bytes) { SceneAs("cameras.sfm", bytes); }
+void Metashape(const std::string& bytes) { SceneAs("cameras.xml", bytes); }
 void Middlebury(const std::string& bytes) { SceneAs("tiny_par.txt", bytes); }
 
 void Bundler(const std::string& bytes) {
@@ -258,6 +260,8 @@ const std::vector<Target>& Targets() {
                                               {"nvm", Nvm},
                                               {"openmvg", OpenMvg},
                                               {"transforms", Transforms},
+                                              {"meshroom", Meshroom},
+                                              {"metashape", Metashape},
                                               {"opensfm", OpenSfm},
                                               {"middlebury", Middlebury},
                                               {"bundler", Bundler},

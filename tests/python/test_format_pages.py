@@ -96,6 +96,39 @@ def opensfm(given, folder):
     (folder / "FOLDER/reconstruction.json").write_text(json.dumps([root]))
 
 
+def meshroom(given, folder):
+    given.copy_photographs(folder / "FOLDER/images")
+    root = {"version": ["1", "2", "6"], "views": [], "intrinsics": [], "poses": []}
+    for key, (name, _, k, r, _, c) in enumerate(given):
+        key = str(key)
+        root["views"].append({"viewId": key, "poseId": key, "intrinsicId": key, "path": f"/there/{name}"})
+        root["intrinsics"].append({
+            "intrinsicId": key, "type": "pinhole", "width": str(given.size[0]),
+            "height": str(given.size[1]), "sensorWidth": str(given.size[0]),
+            "focalLength": repr(float(k[0, 0])), "pixelRatio": repr(float(k[1, 1] / k[0, 0])),
+            "principalPoint": [repr(float(k[0, 2] - given.size[0] / 2)),
+                               repr(float(k[1, 2] - given.size[1] / 2))]})
+        root["poses"].append({"poseId": key, "pose": {"transform": {
+            "rotation": [repr(float(x)) for x in r.T.flat], "center": [repr(float(x)) for x in c]}}})
+    (folder / "FOLDER/cameras.sfm").write_text(json.dumps(root))
+
+
+def metashape(given, folder):
+    given.copy_photographs(folder / "FOLDER/images")
+    size = f'<resolution width="{given.size[0]}" height="{given.size[1]}"/>'
+    sensors, cameras = "", ""
+    for key, (name, k, _, r, _, c) in enumerate(given):
+        middle = k[:2, 2] - numpy.array(given.size) / 2
+        sensors += (f'<sensor id="{key}" type="frame"><calibration>{size}<f>{k[1, 1]!r}</f>'
+                    f'<b1>{k[0, 0] - k[1, 1]!r}</b1><cx>{middle[0]!r}</cx><cy>{middle[1]!r}</cy>'
+                    "</calibration></sensor>\n")
+        pose = text(numpy.r_[numpy.c_[r.T, c], [[0, 0, 0, 1]]])
+        cameras += (f'<camera sensor_id="{key}" label="{pathlib.Path(name).stem}">'
+                    f"<transform>{pose}</transform></camera>\n")
+    (folder / "FOLDER/cameras.xml").write_text(
+        f"<document><chunk><sensors>{sensors}</sensors><cameras>{cameras}</cameras></chunk></document>")
+
+
 def nvm(given, folder):
     given.copy_photographs(folder)
     k = given.k_whole[0]

@@ -162,7 +162,7 @@ PosedScene ReadOpenMvg(const fs::path& path, const fs::path& images) {
     throw InputError(
         path,
         "is no scene in JSON that burin knows: none of sfm_data_version (openMVG), frames "
-        "(transforms.json) and shots (OpenSfM) is there");
+        "(transforms.json), shots (OpenSfM) and poses (Meshroom) is there");
   }
   try {
     return FromJson(root, path, images);

@@ -5,6 +5,8 @@
 #include "core/scene/formats/bundler.h"
 #include "core/scene/formats/colmap.h"
 #include "core/scene/formats/llff.h"
+#include "core/scene/formats/meshroom.h"
+#include "core/scene/formats/metashape.h"
 #include "core/scene/formats/middlebury.h"
 #include "core/scene/formats/mvsnet.h"
 #include "core/scene/formats/neus.h"
@@ -39,6 +41,8 @@ constexpr Format kFormats[] = {
      IsTransforms, ReadTransforms},
     {"OpenSfM", "reconstruction.json of OpenSfM or OpenDroneMap, or a folder with one", IsOpenSfm,
      ReadOpenSfm},
+    {"Meshroom", "NAME.sfm, or a folder with cameras.sfm", IsMeshroom, ReadMeshroom},
+    {"Metashape", "cameras.xml, or a folder with it", IsMetashape, ReadMetashape},
     {"openMVG", "sfm_data.json", IsOpenMvg, ReadOpenMvg},
     {"NVM", "NAME.nvm", IsNvm, ReadNvm},
     {"Bundler", "NAME.out, or a folder with bundle.out", IsBundler, ReadBundler},

@@ -88,19 +88,6 @@ void RefuseOtherLenses(const Fields& fields, const fs::path& file, const std::st
   }
 }
 
-// The name with the extension that Blender's scenes leave out, where a file is called so.
-std::string WithExtension(const std::string& name, const fs::path& file, const fs::path& images) {
-  std::vector<fs::path> places = {file.parent_path() / name};
-  if (!images.empty()) places = {images / name, images / fs::path(name).filename()};
-  for (const char* extension : {"", ".png", ".jpg", ".jpeg", ".PNG", ".JPG"}) {
-    for (const fs::path& place : places) {
-      std::error_code error;
-      if (fs::is_regular_file(place.string() + extension, error)) return name + extension;
-    }
-  }
-  return name;
-}
-
 // Some write whole numbers as 800.0.
 int Side(const Fields& fields, const char* key, int photograph, const fs::path& file,
          const std::string& element) {
@@ -159,7 +146,9 @@ std::vector<const json*> AddPhotographs(const json& frames, const fs::path& file
   for (const json& frame : frames) {
     std::string name = frame.at("file_path").get<std::string>();
     std::replace(name.begin(), name.end(), '\\', '/');
-    name = WithExtension(name, file, images);
+    name = images.empty()
+               ? WithExtension(name, {file.parent_path() / name})
+               : WithExtension(name, {images / name, images / fs::path(name).filename()});
     try {
       const fs::path path = images.empty() ? FindPhotograph(name, {file.parent_path()})
                                            : FindPhotographBelow(name, images);

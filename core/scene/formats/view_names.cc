@@ -82,4 +82,15 @@ fs::path FindPhotographBelow(const std::string& name, const fs::path& folder) {
   return FindPhotograph(fs::path(name).filename().string(), {folder});
 }
 
+std::string WithExtension(const std::string& name, const std::vector<fs::path>& places) {
+  for (const char* extension :
+       {"", ".png", ".jpg", ".jpeg", ".tif", ".PNG", ".JPG", ".JPEG", ".TIF"}) {
+    for (const fs::path& place : places) {
+      std::error_code error;
+      if (fs::is_regular_file(place.string() + extension, error)) return name + extension;
+    }
+  }
+  return name;
+}
+
 }  // namespace burin

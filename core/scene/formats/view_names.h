@@ -27,4 +27,8 @@ std::vector<std::string> SettledNames(const std::vector<std::string>& names,
 std::filesystem::path FindPhotographBelow(const std::string& name,
                                           const std::filesystem::path& folder);
 
+// The name with the extension of a PNG, JPEG or TIFF that the format leaves out, where one of `places` is a file with it.
+std::string WithExtension(const std::string& name,
+                          const std::vector<std::filesystem::path>& places);
+
 }  // namespace burin
