@@ -12,8 +12,10 @@ from pathlib import Path
 
 STRATEGIES = ("gradient_descent", "steepest_descent", "ncg", "bfgs", "lbfgs", "lbfgs_sobolev", "lbfgs_h",
               "lm_cholesky", "lm_cgnr", "lm_pcg", "dogleg")
-GIVEN = ["--cameras.refine", "none"]
-FOUNTAIN_ROWS = {"**burin, defaults**": [], "burin, `--cameras.refine none`": GIVEN,
+SPLIT = ["--surface.remesh", "none", "--surface.trim", "none"]
+GIVEN = [*SPLIT, "--cameras.refine", "none"]
+FOUNTAIN_ROWS = {"**burin, defaults**": [], "burin, `--surface.remesh none --surface.trim none`": SPLIT,
+                 "burin, and `--cameras.refine none`": GIVEN,
                  "burin, `--level.rounds 4`": [*GIVEN, "--level.rounds", "4"],
                  "burin, `--mask.mode none`": [*GIVEN, "--mask.mode", "none"]}
 

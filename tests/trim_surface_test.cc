@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "core/evidence/trim.h"
 #include "tests/test_shapes.h"
 
 namespace burin {
@@ -22,6 +23,20 @@ TEST(TrimSurface, WhatWouldCutAllCutsNothing) {
   EXPECT_EQ(TrimJson(trimming)["cut"]["unseen"], 0);
   EXPECT_EQ(TrimText(trimming),
             "nothing is cut away: it would be all of the mesh (surface.trim = unseen)");
+}
+
+// Whatever windows say.
+TEST(TrimSurface, WhatOutlinesPlaceIsCutOnlyWhereItIsRefuted) {
+  FacetEvidence facet;
+  facet.front = 50;
+  EXPECT_EQ(JudgeFacet(SurfaceTrim::kEvidence, facet), CutReason::kUnseen);
+  facet.outlined = true;
+  for (const SurfaceTrim rule : {SurfaceTrim::kUnseen, SurfaceTrim::kEvidence}) {
+    EXPECT_EQ(JudgeFacet(rule, facet), CutReason::kNone);
+  }
+  facet.outside = 26;
+  EXPECT_EQ(JudgeFacet(SurfaceTrim::kEvidence, facet), CutReason::kRefuted);
+  EXPECT_EQ(JudgeFacet(SurfaceTrim::kUnseen, facet), CutReason::kNone);
 }
 
 }  // namespace

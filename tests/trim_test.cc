@@ -51,18 +51,6 @@ TEST(Trim, TheFirstReasonThatHolds) {
       {CutReason::kDisagrees, [](FacetEvidence* f) { f->zncc = -0.01F; }},
       // Nothing is known of windows: no reason.
       {CutReason::kNone, [](FacetEvidence* f) { f->zncc = f->sd_px = std::nanf(""); }},
-      // Outlines place it, whatever windows say.
-      {CutReason::kNone,
-       [](FacetEvidence* f) {
-         f->outlined = true;
-         f->pairs = f->clear_pairs = 0;
-         f->sd_px = 9;
-       }},
-      {CutReason::kRefuted,
-       [](FacetEvidence* f) {
-         f->outlined = true;
-         f->outside = 26;
-       }},
       {CutReason::kUnseen,
        [](FacetEvidence* f) {
          f->pairs = f->clear_pairs = 0;
@@ -76,7 +64,7 @@ TEST(Trim, TheFirstReasonThatHolds) {
     cases[k].spoil(&facet);
     EXPECT_EQ(JudgeFacet(SurfaceTrim::kEvidence, facet), cases[k].reason);
     EXPECT_EQ(JudgeFacet(SurfaceTrim::kUnseen, facet),
-              facet.pairs == 0 && !facet.outlined ? CutReason::kUnseen : CutReason::kNone);
+              facet.pairs == 0 ? CutReason::kUnseen : CutReason::kNone);
     EXPECT_EQ(JudgeFacet(SurfaceTrim::kNone, facet), CutReason::kNone);
   }
 }

@@ -388,9 +388,8 @@ void AddRefineCommand(Program* program) {
         state->given.push_back(name);
       }
     }
-    if (!mesh.Given() && !resume.Given())
-      state->mesh_path = MeshBeside(state->source.scene).string();
     if (!resume.Given()) {
+      if (!mesh.Given()) state->mesh_path = MeshBeside(state->source.scene).string();
       if (!scene.Given()) scene.ThrowMissing();
       if (!output.Given()) output.ThrowMissing();
     }
