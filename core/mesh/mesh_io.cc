@@ -256,6 +256,7 @@ TriangleMesh ReadMesh(const std::filesystem::path& path, MeshReport* report) {
       mesh.faces.emplace_back(corner[0], corner[1], corner[2]);
     } else if (corner_count > 3) {
       std::vector<Eigen::Vector3d> corners;
+      corners.reserve(corner_count);
       for (int c = 0; c < corner_count; ++c) corners.push_back(mesh.vertices[corner[c]]);
       for (const Eigen::Vector3i& cut : CutPolygon(corners)) {
         mesh.faces.emplace_back(corner[cut[0]], corner[cut[1]], corner[cut[2]]);
