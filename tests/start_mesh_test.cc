@@ -29,6 +29,7 @@ using Eigen::Vector3d;
 std::vector<Vector3d> RandomPoints(int count, std::uint64_t seed) {
   const CounterRandom random(seed, /*stream=*/1);
   std::vector<Vector3d> points;
+  points.reserve(count);
   for (int p = 0; p < count; ++p) {
     points.emplace_back(random.Uniform(3 * p), random.Uniform(3 * p + 1),
                         random.Uniform(3 * p + 2));
