@@ -7,7 +7,7 @@
 
 #include "apps/run/pipeline.h"
 #include "core/evaluate/evaluation.h"
-#include "core/mesh/facet_quality.h"
+#include "core/evaluate/mesh_shape.h"
 #include "core/refine/level_judge.h"
 #include "core/refine/normalized_world.h"
 #include "core/support/parallel.h"
@@ -35,14 +35,6 @@ PipelineResult Refined(const PipelineOptions& options, const PipelineParts& part
   return RunPipeline(Relief().scene, Relief().init, options, parts);
 }
 
-double MeanQuality(const TriangleMesh& mesh) {
-  double sum = 0;
-  for (const Eigen::Vector3i& face : mesh.faces) {
-    sum += FacetQuality(mesh.vertices[face[0]], mesh.vertices[face[1]], mesh.vertices[face[2]]);
-  }
-  return sum / static_cast<double>(mesh.faces.size());
-}
-
 TEST(RemeshedLevel, HasFewerAndBetterFacetsAndAsGoodASurface) {
   const PipelineResult plain = Refined(Options(SurfaceFacets::kNone));
   const PipelineResult result = Refined(Options(SurfaceFacets::kAdapted));
@@ -56,14 +48,15 @@ TEST(RemeshedLevel, HasFewerAndBetterFacetsAndAsGoodASurface) {
   EXPECT_EQ(level.rounds.size(), 2U);
   EXPECT_EQ(level.rounds[0].round, 1);  // of the level's
   EXPECT_LT(result.mesh.faces.size(), 0.9 * plain.mesh.faces.size());
-  EXPECT_GT(MeanQuality(result.mesh), 0.94);
-  EXPECT_LT(MeanQuality(plain.mesh), 0.9);
+  EXPECT_GT(ShapeOf(result.mesh).quality, 0.94);
+  EXPECT_LT(ShapeOf(plain.mesh).quality, 0.9);
   const double before = RmseToTruthMesh(plain.mesh, Relief().truth, 20000);
   const double after = RmseToTruthMesh(result.mesh, Relief().truth, 20000);
   EXPECT_LT(after, 1.1 * before);
   std::printf("%zu -> %zu facets, quality %.3f -> %.3f, rmse %.3f -> %.3f px\n",
-              plain.mesh.faces.size(), result.mesh.faces.size(), MeanQuality(plain.mesh),
-              MeanQuality(result.mesh), before / Relief().footprint, after / Relief().footprint);
+              plain.mesh.faces.size(), result.mesh.faces.size(), ShapeOf(plain.mesh).quality,
+              ShapeOf(result.mesh).quality, before / Relief().footprint,
+              after / Relief().footprint);
 }
 
 TEST(RemeshedLevel, KnowsWhereOnTheInputItLay) {

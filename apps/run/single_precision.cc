@@ -13,17 +13,16 @@ constexpr double kVisible = 0.1;  // pixels
 constexpr size_t kMostPoints = 5000;
 constexpr double kFar = 1000;  // times the size of what is seen
 
-// The point and the size of a pixel there, in the view that sees it sharpest; 0 where none sees it.
+bool Shows(const View& view, const Eigen::Vector3d& point) {
+  return view.camera.Depth(point) > 0 && view.camera.Contains(view.camera.Project(point));
+}
+
+// The size of a pixel at the point, in the view that sees it sharpest; 0 where none sees it.
 double Footprint(const Scene& scene, const Eigen::Vector3d& point) {
   double footprint = 0;
   for (const View& view : scene.views) {
-    const double depth = view.camera.Depth(point);
-    if (!(depth > 0)) continue;
-    const Eigen::Vector2d at = view.camera.Project(point);
-    if (at.x() < 0 || at.y() < 0 || at.x() > view.camera.width || at.y() > view.camera.height) {
-      continue;
-    }
-    const double size = depth / view.camera.fx;
+    if (!Shows(view, point)) continue;
+    const double size = view.camera.Footprint(point);
     footprint = footprint > 0 ? std::min(footprint, size) : size;
   }
   return footprint;
@@ -75,7 +74,8 @@ std::string StrayPartLine(const Scene& scene, const TriangleMesh& mesh) {
   Eigen::AlignedBox3d seen;
   std::vector<char> is_seen(mesh.vertices.size(), 0);
   for (size_t v = 0; v < mesh.vertices.size(); ++v) {
-    if (!(Footprint(scene, mesh.vertices[v]) > 0)) continue;
+    const auto shows = [&](const View& view) { return Shows(view, mesh.vertices[v]); };
+    if (std::none_of(scene.views.begin(), scene.views.end(), shows)) continue;
     is_seen[v] = 1;
     seen.extend(mesh.vertices[v]);
   }

@@ -22,12 +22,7 @@ namespace fs = std::filesystem;
 const std::string kBundleEnding = ".bundle.out";
 
 fs::path BundleFile(const fs::path& path) {
-  std::error_code error;
-  if (path.extension() == ".out" && fs::is_regular_file(path, error)) return path;
-  for (const char* name : {"bundle.out", "bundle/bundle.out"}) {
-    if (fs::is_regular_file(path / name, error)) return path / name;
-  }
-  return {};
+  return FileOrInFolder(path, ".out", {"bundle.out", "bundle/bundle.out"});
 }
 
 fs::path ListFile(const fs::path& bundle) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <initializer_list>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -13,6 +14,19 @@ namespace burin {
 inline bool EndsIn(const std::string& name, const std::string& ending) {
   return name.size() > ending.size() &&
          name.compare(name.size() - ending.size(), ending.size(), ending) == 0;
+}
+
+// `path` where it is a file with this extension, else the first of `names` that is a file in the folder `path`; empty where
+// there is none.
+inline std::filesystem::path FileOrInFolder(const std::filesystem::path& path,
+                                            const std::string& extension,
+                                            std::initializer_list<const char*> names) {
+  std::error_code error;
+  if (path.extension() == extension && std::filesystem::is_regular_file(path, error)) return path;
+  for (const char* name : names) {
+    if (std::filesystem::is_regular_file(path / name, error)) return path / name;
+  }
+  return {};
 }
 
 // In ascending order of name; none when `folder` is no folder.

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "core/scene/formats/camera_checks.h"
@@ -18,9 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 fs::path PosesFile(const fs::path& path) {
-  const fs::path file = path.extension() == ".npy" ? path : path / "poses_bounds.npy";
-  std::error_code error;
-  return fs::is_regular_file(file, error) ? file : fs::path();
+  return FileOrInFolder(path, ".npy", {"poses_bounds.npy"});
 }
 
 int Side(double side, const fs::path& file, const std::string& element) {

@@ -8,10 +8,10 @@
 #include <pugixml.hpp>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <vector>
 
 #include "core/scene/formats/camera_checks.h"
+#include "core/scene/formats/folder_files.h"
 #include "core/scene/formats/view_names.h"
 #include "core/support/error.h"
 #include "core/support/file_bytes.h"
@@ -21,11 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path CamerasFile(const fs::path& path) {
-  const fs::path file = path.extension() == ".xml" ? path : path / "cameras.xml";
-  std::error_code error;
-  return fs::is_regular_file(file, error) ? file : fs::path();
-}
+fs::path CamerasFile(const fs::path& path) { return FileOrInFolder(path, ".xml", {"cameras.xml"}); }
 
 std::vector<double> Numbers(const pugi::xml_node& node, size_t count, const fs::path& file,
                             const std::string& element) {

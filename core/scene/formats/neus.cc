@@ -18,12 +18,7 @@ namespace fs = std::filesystem;
 constexpr char kMatrix[] = "world_mat_";
 
 fs::path CamerasFile(const fs::path& path) {
-  std::error_code error;
-  if (path.extension() == ".npz" && fs::is_regular_file(path, error)) return path;
-  for (const char* name : {"cameras_sphere.npz", "cameras.npz"}) {
-    if (fs::is_regular_file(path / name, error)) return path / name;
-  }
-  return {};
+  return FileOrInFolder(path, ".npz", {"cameras_sphere.npz", "cameras.npz"});
 }
 
 bool IsWorldMatrix(const std::string& name) {
